@@ -1,0 +1,304 @@
+"""The cell file: one robot, its groups, axes, drives and buses. Keys carry units; attributes are SI (rad, m, s)."""
+
+import json
+import math
+import tomllib
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, PlainSerializer, ValidationError, model_validator
+
+from axisync_schemas.base import Name, Strict
+
+
+def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
+    """Validator from the file's unit to SI, and back."""
+    return AfterValidator(lambda x: x * factor), PlainSerializer(lambda x: x / factor, return_type=float)
+
+
+Degrees = Annotated[float, AfterValidator(math.radians), PlainSerializer(math.degrees, return_type=float)]
+Positive = Annotated[float, Field(gt=0)]
+PositiveDegrees = Annotated[Positive, AfterValidator(math.radians), PlainSerializer(math.degrees, return_type=float)]
+Milliseconds = Annotated[Positive, *_scaled(1e-3)]
+Kilobits = Annotated[Positive, *_scaled(1e3)]
+
+STOP_ACCELERATION_RATIO = 1.2
+STOP_JERK_RATIO = 2.0
+"""stop_limits must leave this much more than limits (design decision 9): else a move in its last phase cannot slow."""
+
+
+class CellError(ValueError):
+    """The cell file is refused; the message has one line for each fault, with line or path."""
+
+
+class Bus(Strict):
+    """A CAN bus and the back end that reaches it."""
+
+    name: Name
+    interface: Literal["socketcan", "simcan"]
+    channel: str = Field(min_length=1, max_length=107)
+    bitrate: Kilobits = Field(alias="bitrate_kbit_s", default=1000.0)
+
+
+class Limits(Strict):
+    """What moves, override and resume keep: rad/s, rad/s^2, rad/s^3."""
+
+    velocity: PositiveDegrees = Field(alias="velocity_deg_s")
+    acceleration: PositiveDegrees = Field(alias="acceleration_deg_s2")
+    jerk: PositiveDegrees = Field(alias="jerk_deg_s3")
+
+
+class StopLimits(Strict):
+    """What stop, hold and lapse keep: rad/s^2, rad/s^3."""
+
+    acceleration: PositiveDegrees = Field(alias="acceleration_deg_s2")
+    jerk: PositiveDegrees = Field(alias="jerk_deg_s3")
+
+
+class Identity(Strict):
+    """Identity object 0x1018 that the drive must show (CiA 301, 7.5.2.20)."""
+
+    vendor_id: int = Field(ge=0, le=0xFFFFFFFF)
+    product_code: int = Field(ge=0, le=0xFFFFFFFF)
+
+
+class Drive(Strict):
+    """A CiA 402 device and how its counts map to the axis.
+
+    counts = direction * (position - offset) * counts_per_turn * gear_ratio / (2 pi)
+    """
+
+    bus: Name
+    node_id: int = Field(ge=1, le=126)
+    counts_per_turn: int = Field(ge=1, le=2**31 - 1)
+    gear_ratio: Positive = 1.0
+    direction: Literal[1, -1] = 1
+    offset: Degrees = Field(alias="offset_deg", default=0.0)
+    on_missed: Literal["extrapolate", "hold"] = "extrapolate"
+    following_error_max: PositiveDegrees = Field(alias="following_error_max_deg")
+    quick_stop_deceleration: PositiveDegrees = Field(alias="quick_stop_deceleration_deg_s2")
+    brake_release: Milliseconds = Field(alias="brake_release_ms")
+    identity: Identity
+    start: Degrees = Field(alias="emulator_start_deg", default=0.0)
+
+    @cached_property
+    def counts_per_rad(self) -> float:
+        """Signed: includes gear and direction."""
+        return self.direction * self.counts_per_turn * self.gear_ratio / (2.0 * math.pi)
+
+
+class DenavitHartenberg(Strict):
+    """Standard DH row: rotation theta about z, d along z, a along x, alpha about x."""
+
+    d: float = Field(alias="d_m")
+    a: float = Field(alias="a_m")
+    alpha: Degrees = Field(alias="alpha_deg")
+    theta: Degrees = Field(alias="theta_offset_deg", default=0.0)
+
+
+class Axis(Strict):
+    """A logical coordinate with limits, moved by one drive."""
+
+    name: Name
+    dh: DenavitHartenberg | None = None
+    soft_limits: tuple[Degrees, Degrees] = Field(alias="soft_limits_deg")
+    hard_limits: tuple[Degrees, Degrees] = Field(alias="hard_limits_deg")
+    limits: Limits
+    stop_limits: StopLimits
+    drive: Drive
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        low, high = self.hard_limits
+        soft_low, soft_high = self.soft_limits
+        if not low <= soft_low < soft_high <= high:
+            raise ValueError("soft_limits_deg must be an interval inside hard_limits_deg")
+        for name, ratio in (("acceleration", STOP_ACCELERATION_RATIO), ("jerk", STOP_JERK_RATIO)):
+            need = ratio * getattr(self.limits, name)
+            have = getattr(self.stop_limits, name)
+            if have < need * (1 - 1e-12):
+                raise ValueError(
+                    f"stop_limits {name} is {math.degrees(have):g}, must be at least {ratio:g} times that of limits "
+                    f"= {math.degrees(need):g}"
+                )
+        if not low <= self.drive.start <= high:
+            raise ValueError("drive.emulator_start_deg is outside hard_limits_deg")
+        return self
+
+
+class Pose(Strict):
+    """Position (m) and fixed-axis roll, pitch, yaw (rad): R = Rz(yaw) Ry(pitch) Rx(roll)."""
+
+    position: tuple[float, float, float] = Field(alias="position_m", default=(0.0, 0.0, 0.0))
+    rpy: tuple[Degrees, Degrees, Degrees] = Field(alias="rpy_deg", default=(0.0, 0.0, 0.0))
+
+
+class Group(Strict):
+    """Axes that move together under one path clock."""
+
+    name: Name
+    base: Pose = Pose()
+    axes: tuple[Axis, ...] = Field(min_length=1, max_length=64)
+
+
+class Compound(Strict):
+    """Groups that can also be moved as one; stopping a member stops all."""
+
+    name: Name
+    members: tuple[Name, ...] = Field(min_length=2)
+
+
+class Cell(Strict):
+    """The whole cell file, checked. Axes are numbered through all groups in the order of the file."""
+
+    schema_version: Literal[1] = Field(alias="schema")
+    name: Name
+    period: Milliseconds = Field(alias="period_ms")
+    missed_ticks_max: int = Field(ge=1, le=50, default=5)
+    controller_node_id: int = Field(ge=1, le=127, default=127)
+    controller_heartbeat: Milliseconds = Field(alias="controller_heartbeat_ms", default=20.0)
+    controller_heartbeat_timeout: Milliseconds = Field(alias="controller_heartbeat_timeout_ms", default=60.0)
+    drive_heartbeat: Milliseconds = Field(alias="drive_heartbeat_ms", default=100.0)
+    drive_heartbeat_timeout: Milliseconds = Field(alias="drive_heartbeat_timeout_ms", default=250.0)
+    buses: tuple[Bus, ...] = Field(min_length=1, max_length=8)
+    groups: tuple[Group, ...] = Field(min_length=1, max_length=16)
+    compounds: tuple[Compound, ...] = ()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        _unique("buses", [bus.name for bus in self.buses])
+        _unique("groups and compounds", [g.name for g in self.groups] + [c.name for c in self.compounds])
+        _unique("axes", [axis.name for axis in self.axes])
+        buses = {bus.name for bus in self.buses}
+        for axis in self.axes:
+            if axis.drive.bus not in buses:
+                raise ValueError(f"axis {axis.name}: drive.bus {axis.drive.bus!r} is none of {sorted(buses)}")
+            if axis.drive.node_id == self.controller_node_id:
+                raise ValueError(f"axis {axis.name}: node_id {axis.drive.node_id} is the controller's own")
+        _unique("drives on one bus (bus:node_id)", [f"{a.drive.bus}:{a.drive.node_id}" for a in self.axes])
+        names = {group.name for group in self.groups}
+        for compound in self.compounds:
+            for member in compound.members:
+                if member not in names:
+                    raise ValueError(f"compound {compound.name}: member {member!r} is none of {sorted(names)}")
+            _unique(f"members of {compound.name}", list(compound.members))
+        if "all" in names | {c.name for c in self.compounds}:
+            raise ValueError('a group cannot be called "all": commands use that name for every group')
+        return self
+
+    @cached_property
+    def axes(self) -> tuple[Axis, ...]:
+        """All axes, group by group."""
+        return tuple(axis for group in self.groups for axis in group.axes)
+
+    @cached_property
+    def group_names(self) -> tuple[str, ...]:
+        """Elementary groups, in the order of the file."""
+        return tuple(group.name for group in self.groups)
+
+    @cached_property
+    def period_ns(self) -> int:
+        """The cycle's period in whole nanoseconds."""
+        return round(self.period * 1e9)
+
+    def on_simcan(self, directory: str) -> "Cell":
+        """The same cell with every bus on simcan, its socket in `directory`."""
+        buses = tuple(
+            bus.model_copy(update={"interface": "simcan", "channel": f"{directory}/{bus.name}.sock"})
+            for bus in self.buses
+        )
+        return self.model_copy(update={"buses": buses})
+
+    def members(self, name: str) -> tuple[int, ...]:
+        """Indices of the elementary groups that `name` stands for: a group, a compound or "all".
+
+        Raises:
+            KeyError: no such group.
+        """
+        if name == "all":
+            return tuple(range(len(self.groups)))
+        if name in self.group_names:
+            return (self.group_names.index(name),)
+        for compound in self.compounds:
+            if compound.name == name:
+                return tuple(sorted(self.group_names.index(member) for member in compound.members))
+        raise KeyError(name)
+
+    def axis_indices(self, name: str) -> tuple[int, ...]:
+        """Indices, in `axes`, of what a group or compound moves; a compound's are in the order of the file."""
+        return tuple(i for member in self.members(name) for i in self._axes_of_group[member])
+
+    @cached_property
+    def _axes_of_group(self) -> tuple[tuple[int, ...], ...]:
+        firsts = [0]
+        for group in self.groups:
+            firsts.append(firsts[-1] + len(group.axes))
+        return tuple(tuple(range(a, b)) for a, b in zip(firsts, firsts[1:], strict=False))
+
+
+def _unique(what: str, names: list[str]) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"{what}: {', '.join(twice)} more than once")
+
+
+def parse_cell(text: str, source: str = "cell file") -> Cell:
+    """The checked cell.
+
+    Raises:
+        CellError: not TOML (with line and column), or a wrong, unknown or missing key (with its path).
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        where = f"(at line {len(text.splitlines())}, the end of the file)"
+        raise CellError(f"{source}: {str(error).replace('(at end of document)', where)}") from None
+    try:
+        # Through JSON, so that TOML's arrays become tuples under strict types.
+        return Cell.model_validate_json(json.dumps(_with_defaults(data), default=str))
+    except ValidationError as error:
+        lines = [f"{source}: {_path(e['loc'])}: {e['msg'].removeprefix('Value error, ')}" for e in error.errors()]
+        raise CellError("\n".join(lines)) from None
+
+
+def _with_defaults(data: dict[str, object]) -> dict[str, object]:
+    """Fills each group's `defaults` (limits, stop_limits, soft_limits_deg, drive...) into its axes; axes win."""
+    groups = data.get("groups")
+    if not isinstance(groups, list):
+        return data
+    return {**data, "groups": [_group_with_defaults(g) if isinstance(g, dict) else g for g in groups]}
+
+
+def _group_with_defaults(group: dict[str, object]) -> dict[str, object]:
+    defaults, axes = group.get("defaults"), group.get("axes")
+    rest = {key: value for key, value in group.items() if key != "defaults"}
+    if not isinstance(defaults, dict) or not isinstance(axes, list):
+        return group
+    return {**rest, "axes": [_merged(defaults, axis) if isinstance(axis, dict) else axis for axis in axes]}
+
+
+def _merged(low: dict[str, object], high: dict[str, object]) -> dict[str, object]:
+    result = dict(low)
+    for key, value in high.items():
+        below = result.get(key)
+        result[key] = _merged(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+    return result
+
+
+def _path(loc: tuple[int | str, ...]) -> str:
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
+    return text or "the whole file"
+
+
+def read_cell(path: Path) -> tuple[Cell, str]:
+    """The checked cell and the file's text (for the log).
+
+    Raises:
+        CellError: unreadable, or refused as by `parse_cell`.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise CellError(f"{path}: cannot be read: {error}") from None
+    return parse_cell(text, str(path)), text

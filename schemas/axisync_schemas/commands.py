@@ -1,0 +1,81 @@
+"""Requests that clients send to `cmd/<user>/<verb>`. SI units: rad, m, s."""
+
+from typing import Annotated, Literal
+from uuid import UUID, uuid4
+
+from pydantic import Field
+
+from axisync_schemas.base import Name, Strict
+
+MAX_REQUEST_BYTES = 64 * 1024
+MAX_AXES = 64
+
+
+class Request(Strict):
+    """What every command carries.
+
+    Attributes:
+        request_id: same user, id and body give the same answer and never a second motion.
+        not_after_s: instant on the daemon's monotonic clock (`now_s` in its replies) after which the command is STALE.
+    """
+
+    schema_version: int = Field(alias="schema", default=1)
+    request_id: UUID = Field(default_factory=uuid4)
+    not_after_s: float | None = None
+
+
+class LeasedRequest(Request):
+    """A command that only a lease holder may send."""
+
+    lease: str | None = Field(default=None, max_length=128)
+
+
+class LeaseRequest(Request):
+    """acquire: free groups; take: also held ones; renew, release: with the token."""
+
+    action: Literal["acquire", "renew", "release", "take"]
+    groups: tuple[Name, ...] = Field(min_length=1, max_length=64)
+    ttl_s: float = Field(default=2.0, ge=0.2, le=60.0)
+    lease: str | None = Field(default=None, max_length=128)
+
+
+class GroupRequest(LeasedRequest):
+    """enable, disable, reset, hold, resume: of a group, a compound or "all"."""
+
+    group: Name
+
+
+class StopRequest(Request):
+    """From anyone connected, without a lease; never stale, never rate-limited."""
+
+    group: Name = "all"
+
+
+class JointMove(Strict):
+    """All axes arrive at one time, by MASA.
+
+    Attributes:
+        target: rad (m for linear axes), one for each axis of the group, absolute or relative to the setpoint.
+        minimise: which limit is lowered on the axes that have time to spare.
+        duration_s: a longer duration than the shortest possible one.
+        pulse: shape of the jerk: "parabolic" has continuous jerk.
+    """
+
+    kind: Literal["joint"] = "joint"
+    target: tuple[float, ...] = Field(min_length=1, max_length=MAX_AXES)
+    relative: bool = False
+    minimise: Literal["acceleration", "velocity", "jerk"] = "acceleration"
+    duration_s: Annotated[float, Field(gt=0, le=86400)] | None = None
+    pulse: Literal["constant", "parabolic"] = "constant"
+
+
+Move = JointMove
+"""Every kind of move; linear, circular, path and sequence will join."""
+
+
+class MoveRequest(LeasedRequest):
+    """move and plan."""
+
+    group: Name
+    move: Move
+    speed_scale: float = Field(default=1.0, gt=0.0, le=1.0)

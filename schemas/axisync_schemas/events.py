@@ -1,0 +1,37 @@
+"""Kinds of events. One word each; `Event.details` carries the values."""
+
+from enum import StrEnum
+
+
+class EventKind(StrEnum):
+    """What can happen."""
+
+    PROCESS_STARTED = "process_started"
+    PROCESS_DIED = "process_died"
+    SERVICE_STOPPING = "service_stopping"
+    GROUP_STATE = "group_state"
+    MOVE_ACCEPTED = "move_accepted"
+    MOVE_STARTED = "move_started"
+    MOVE_HELD = "move_held"
+    MOVE_STOPPING = "move_stopping"
+    MOVE_ENDED = "move_ended"
+    REQUEST_REFUSED = "request_refused"
+    LEASE_ACQUIRED = "lease_acquired"
+    LEASE_TAKEN = "lease_taken"
+    LEASE_RELEASED = "lease_released"
+    LEASE_LAPSED = "lease_lapsed"
+    DRIVE_READY = "drive_ready"
+    DRIVE_LOST = "drive_lost"
+    DRIVE_FAULT = "drive_fault"
+    EMERGENCY = "emergency"
+    BRING_UP_FAILED = "bring_up_failed"
+    FRONT_LOST = "front_lost"
+    FRONT_CONNECTED = "front_connected"
+    TICKS_SKIPPED = "ticks_skipped"
+    TICKS_OVERRUN = "ticks_overrun"
+    CYCLE_FAILED = "cycle_failed"
+    REALTIME = "realtime"
+    RECORDER_LOST = "recorder_lost"
+    LOG_OPENED = "log_opened"
+    LOG_CLOSED = "log_closed"
+    BUS_FAILED = "bus_failed"

@@ -1,0 +1,182 @@
+"""Replies to commands and queries, and what is published. SI units; axes in the order of the group."""
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from axisync_schemas import SCHEMA_VERSION
+from axisync_schemas.base import Strict
+from axisync_schemas.enumerations import MoveStatus
+
+
+class Reply(Strict):
+    """Answer to a command that was carried out or accepted."""
+
+    request_id: str
+    now_s: float
+
+
+class LeaseReply(Reply):
+    """The token proves the lease; the epoch grows whenever a group changes hands."""
+
+    lease: str
+    epoch: int
+    expires_in_s: float
+
+
+class GroupReply(Reply):
+    """States of the groups concerned, after the command."""
+
+    groups: dict[str, str]
+
+
+class MoveReply(Reply):
+    """An accepted move, or what `plan` would do.
+
+    Attributes:
+        scalars: names of the rows of T and U.
+        T: [n][7] segment times, s; U: [n][7] jerk of each segment.
+        minimum_s: [n] the time each scalar would need alone.
+        limiting: the scalar that sets the duration, or None where nothing moves.
+        scale: how much the path-space limits were stretched (1: not at all).
+    """
+
+    move_id: str | None
+    group: str
+    duration_s: float
+    scalars: tuple[str, ...]
+    T: tuple[tuple[float, ...], ...]
+    U: tuple[tuple[float, ...], ...]
+    minimum_s: tuple[float, ...]
+    limiting: str | None
+    scale: float = 1.0
+    min_distance_m: float | None = None
+    warnings: tuple[str, ...] = ()
+
+
+class MoveReport(Strict):
+    """`moves/<move_id>`: where a move is in its life."""
+
+    move_id: str
+    group: str
+    status: MoveStatus
+    progress: float
+    reason: str | None = None
+    duration_s: float
+    now_s: float
+
+
+class DriveReport(Strict):
+    """One drive in `state`."""
+
+    axis: str
+    bus: str
+    node_id: int
+    state: str
+    nmt: str
+    statusword: int
+    error_code: int
+    error: str | None
+
+
+class GroupReport(Strict):
+    """One group in `state`; position and velocity are measured, setpoint is the demand in force."""
+
+    state: str
+    move_id: str | None
+    progress: float | None
+    path_rate: float
+    position: tuple[float, ...]
+    velocity: tuple[float, ...]
+    setpoint: tuple[float, ...]
+    pose: dict[str, tuple[float, ...]] | None
+    drives: tuple[DriveReport, ...]
+    reason: str | None = None
+
+
+class Percentiles(Strict):
+    """Of one second."""
+
+    p50: float
+    p99: float
+    max: float
+
+
+class CycleReport(Strict):
+    """How the loop keeps time, over the last second; also in `state`."""
+
+    seq: int = 0
+    period_s: float
+    lateness_us: Percentiles
+    read_us: Percentiles
+    decide_us: Percentiles
+    write_us: Percentiles
+    skipped_ticks: int
+    realtime: bool
+
+
+class BusReport(Strict):
+    """One bus in `state`."""
+
+    state: str
+    load: float
+    sent: int
+    received: int
+    lost: int
+
+
+class RecorderReport(Strict):
+    """The log, as far as it is known to have reached the kernel."""
+
+    state: str
+    cursor_tick: int
+    lost_ticks: int
+
+
+class State(Strict):
+    """`axisync/<cell>/state`, 20 Hz and on query."""
+
+    seq: int = 0
+    tick: int
+    now_s: float
+    groups: dict[str, GroupReport]
+    lease: dict[str, str | None]
+    cycle: CycleReport | None
+    buses: dict[str, BusReport]
+    recorder: RecorderReport
+    controller: Literal["up", "down"]
+
+
+class Info(Strict):
+    """`axisync/<cell>/info`: versions and clock."""
+
+    name: str
+    version: str
+    schema_versions: tuple[int, ...] = (SCHEMA_VERSION,)
+    now_s: float
+    wall_time: str
+    pid: int
+    log_directory: str
+    verbs: tuple[str, ...]
+
+
+class Event(Strict):
+    """One thing that happened: published on `events` and logged.
+
+    Attributes:
+        seq: number on the topic; 0 in the log.
+        source: front, planner, controller, recorder or supervisor.
+        kind: what happened, a word of `axisync_schemas.events`.
+        tick: tick of effect, where the controller knows one.
+    """
+
+    seq: int = 0
+    source: str
+    kind: str
+    now_s: float
+    wall_time: str
+    message: str
+    tick: int | None = None
+    group: str | None = None
+    severity: Literal["info", "warning", "error"] = "info"
+    details: dict[str, Any] = Field(default_factory=dict)
