@@ -4,6 +4,7 @@ import json
 import math
 import tomllib
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -156,6 +157,7 @@ class Cell(Strict):
     name: Name
     period: Milliseconds = Field(alias="period_ms")
     missed_ticks_max: int = Field(ge=1, le=50, default=5)
+    tpdo_missed_max: int = Field(ge=1, le=50, default=3)
     controller_node_id: int = Field(ge=1, le=127, default=127)
     controller_heartbeat: Milliseconds = Field(alias="controller_heartbeat_ms", default=20.0)
     controller_heartbeat_timeout: Milliseconds = Field(alias="controller_heartbeat_timeout_ms", default=60.0)
@@ -234,7 +236,7 @@ class Cell(Strict):
         firsts = [0]
         for group in self.groups:
             firsts.append(firsts[-1] + len(group.axes))
-        return tuple(tuple(range(a, b)) for a, b in zip(firsts, firsts[1:], strict=False))
+        return tuple(tuple(range(a, b)) for a, b in pairwise(firsts))
 
 
 def _unique(what: str, names: list[str]) -> None:

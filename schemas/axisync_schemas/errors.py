@@ -3,6 +3,8 @@
 from enum import StrEnum
 from typing import Any
 
+from pydantic import Field
+
 from axisync_schemas.base import Strict
 
 
@@ -40,7 +42,7 @@ class ErrorBody(Strict):
     request_id: str | None = None
     code: ErrorCode
     message: str
-    details: dict[str, Any] = {}
+    details: dict[str, Any] = Field(default_factory=dict)
 
 
 class Refusal(Exception):

@@ -35,6 +35,8 @@ class BeginCommand(Strict):
     slot: int
     epochs: tuple[int, ...]
     """Lease epoch of each member group, in the order of `Cell.members`."""
+    stop_counts: tuple[int, ...] = ()
+    """STOP_COUNT of each member when the move was asked for: a stop since then wins over the move."""
 
 
 ControllerCommand = Annotated[GroupCommand | BeginCommand, Field(discriminator="op")]
@@ -89,3 +91,48 @@ class LogEntry(Strict):
     data: dict[str, Any]
     slot: int | None = None
     plan_id: int | None = None
+
+
+class GroupStatus(Strict):
+    """One group as the controller sees it; `plan_id` 0 and `slot` -1 where it plays none.
+
+    Attributes:
+        ready: every drive of the group is brought up, so that `enable` can work.
+    """
+
+    state: int
+    plan_id: int
+    slot: int
+    reason: str | None
+    ready: bool
+
+
+class DriveStatus(Strict):
+    """One drive; `error_code` is that of its last EMCY, 0 where none is active."""
+
+    state: int
+    nmt: int
+    statusword: int
+    error_code: int
+    error: str | None
+
+
+class BusStatus(Strict):
+    """One bus; `load` is the share of its bits used over the last second."""
+
+    state: str
+    load: float
+    sent: int
+    received: int
+    lost: int
+
+
+class ControllerStatus(Strict):
+    """What the controller writes into the `status` mailbox, 20 times a second and at each change of a group's state."""
+
+    tick: int
+    now_ns: int
+    groups: tuple[GroupStatus, ...]
+    drives: tuple[DriveStatus, ...]
+    buses: tuple[BusStatus, ...]
+    skipped_ticks: int

@@ -4,6 +4,7 @@ Python has no memory barriers. So a record is either one aligned 8-byte word, wh
 carries a sequence number and a crc32 that its reader verifies. No numpy here: the supervisor imports this module.
 """
 
+import math
 import mmap
 import os
 import struct
@@ -20,6 +21,23 @@ TIMING_SLOTS = 4096
 
 REGIONS = ("control", "ticks", "timings", "status", "plans")
 """Names of the memfds, in the order in which they are passed."""
+
+
+def slots_for(period_s: float) -> int:
+    """Slots of the tick ring that hold at least `RING_SECONDS`: a power of two."""
+    return 1 << max(1, math.ceil(math.log2(RING_SECONDS / period_s)))
+
+
+def region_sizes(period_s: float, axes: int, groups: int) -> dict[str, int]:
+    """Bytes of each region. Untouched pages of a memfd cost nothing, so the tick ring is sized from above."""
+    tick_bytes = 256 + 64 * axes + 48 * groups
+    return {
+        "control": Control.size(groups),
+        "ticks": slots_for(period_s) * tick_bytes,
+        "timings": TimingRing.size(),
+        "status": STATUS_BYTES,
+        "plans": PLAN_SLOTS * PLAN_SLOT_BYTES,
+    }
 
 
 class Word(IntEnum):
@@ -125,7 +143,7 @@ TIMING = struct.Struct("<QqIIIIII")
 
 
 class TimingRing:
-    """Where each cycle's time went, by stage, for the newest `TIMING_SLOTS` ticks. A torn record harms a report only."""
+    """Where each cycle's time went, by stage, for the newest ticks. A torn record harms a report only."""
 
     def __init__(self, buffer: mmap.mmap | bytearray) -> None:
         self._view = memoryview(buffer)

@@ -111,7 +111,7 @@ class PlanReader:
         self._body[self._done : end] = piece
         self._running_crc = zlib.crc32(self._body[self._done : end], self._running_crc)
         self._done = end
-        return end == self._size
+        return bool(end == self._size)
 
     def plan(self) -> Plan:
         """The verified plan.

@@ -1,0 +1,1 @@
+"""The `axisync` command: tables for people, `--json` for programs, one sentence for every error."""

@@ -1,0 +1,95 @@
+"""What `axisync state` and `axisync watch` show."""
+
+import math
+from collections import Counter
+
+from axisync_schemas.replies import BusReport, CycleReport, DriveReport, GroupReport, State
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+_STYLES = {"fault": "bold red", "moving": "green", "held": "yellow", "stopping": "yellow", "disabled": "dim"}
+
+
+def state_table(state: State) -> Group:
+    """Groups, positions in degrees, drives that need attention, then cycle, buses and recorder in a line each."""
+    return Group(_groups(state), _positions(state), *_drive_lines(state), *_service_lines(state))
+
+
+def lease_table(lease: dict[str, str | None]) -> Table:
+    """Who may move what."""
+    table = Table()
+    table.add_column("group")
+    table.add_column("lease")
+    for group, holder in lease.items():
+        table.add_row(group, holder or "free")
+    return table
+
+
+def _groups(state: State) -> Table:
+    table = Table()
+    for name in ("group", "state", "move", "drives", "lease"):
+        table.add_column(name)
+    for name, group in state.groups.items():
+        label = Text(group.state, style=_STYLES.get(group.state, ""))
+        table.add_row(name, label, _move(group), _drives(group.drives), state.lease.get(name) or "free")
+    return table
+
+
+def _move(group: GroupReport) -> str:
+    if group.move_id is None:
+        return group.reason or ""
+    share = "" if group.progress is None else f" {group.progress:.0%}"
+    reason = f" ({group.reason})" if group.reason else ""
+    return f"{group.move_id}{share}{reason}"
+
+
+def _drives(drives: tuple[DriveReport, ...]) -> str:
+    counts = Counter(drive.state.replace("_", " ") for drive in drives)
+    return ", ".join(f"{count} {label}" for label, count in counts.items())
+
+
+def _positions(state: State) -> Table:
+    most = max((len(group.position) for group in state.groups.values()), default=0)
+    table = Table(caption="measured positions, degrees", caption_justify="left")
+    table.add_column("axis")
+    for number in range(1, most + 1):
+        table.add_column(str(number), justify="right")
+    for name, group in state.groups.items():
+        table.add_row(name, *(f"{math.degrees(value):.2f}" for value in group.position))
+    return table
+
+
+def _drive_lines(state: State) -> list[Text]:
+    """One line for each drive with an error."""
+    return [
+        Text(f"{drive.axis}: {drive.error or 'error'} (0x{drive.error_code:04X}), {drive.state}", style="red")
+        for group in state.groups.values()
+        for drive in group.drives
+        if drive.error_code or drive.error
+    ]
+
+
+def _service_lines(state: State) -> list[Text]:
+    lines = [Text("the controller is down: nothing moves", style="bold red")] if state.controller == "down" else []
+    lines.append(Text(_cycle(state.cycle)))
+    lines.append(Text("buses: " + "; ".join(_bus(name, bus) for name, bus in state.buses.items())))
+    recorder = state.recorder
+    lost = f", {recorder.lost_ticks} ticks lost" if recorder.lost_ticks else ""
+    lines.append(Text(f"recorder: {recorder.state}, on disk up to tick {recorder.cursor_tick} of {state.tick}{lost}"))
+    return lines
+
+
+def _cycle(cycle: CycleReport | None) -> str:
+    if cycle is None:
+        return "cycle: no timing yet"
+    late = cycle.lateness_us
+    scheduling = "real time" if cycle.realtime else "no real-time scheduling"
+    return (
+        f"cycle: {cycle.period_s * 1e3:g} ms, late by {late.p50:.0f} us (p50), {late.p99:.0f} us (p99), "
+        f"{late.max:.0f} us (max), {cycle.skipped_ticks} ticks skipped, {scheduling}"
+    )
+
+
+def _bus(name: str, bus: BusReport) -> str:
+    return f"{name} {bus.state}, load {bus.load:.0%}, {bus.lost} frames lost"

@@ -1,0 +1,165 @@
+"""What can be asked of the daemon, as data: the request, the model of its reply and how long to wait for it.
+
+Built here, sent by a client: blocking and asynchronous clients differ only in how they wait.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Generic, Literal, TypeVar
+
+from axisync_schemas import keys
+from axisync_schemas.base import NAME_PATTERN, Strict
+from axisync_schemas.cell import Cell
+from axisync_schemas.commands import GroupRequest, JointMove, LeaseRequest, MoveRequest, Request, StopRequest
+from axisync_schemas.replies import GroupReply, Info, LeaseReply, MoveReply, MoveReport, State
+from pydantic import ValidationError
+
+from axisync_client.errors import InvalidArgument, UnexpectedReply, explain
+from axisync_client.units import Floats, as_target
+
+R = TypeVar("R", bound=Strict)
+
+Minimise = Literal["acceleration", "velocity", "jerk"]
+Pulse = Literal["constant", "parabolic"]
+GroupVerb = Literal["enable", "disable", "reset"]
+
+DRIVES_TIMEOUT_S = 10.0
+"""enable, disable and reset are answered when the drives have done it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Call(Generic[R]):
+    """One query.
+
+    Attributes:
+        name: verb of a command, or key below the cell (`state`, `moves/<id>`).
+        reply: model of the answer.
+        request: the command's body; None for a query.
+        timeout_s: how long to wait, or None for the client's own time-out.
+        expires: the command must not be carried out after the client has given up.
+    """
+
+    name: str
+    reply: type[R]
+    request: Request | None = None
+    timeout_s: float | None = None
+    expires: bool = False
+
+    def key(self, cell: str, user: str) -> str:
+        """Where the question goes."""
+        return keys.topic(cell, self.name) if self.request is None else keys.command(cell, user, self.name)
+
+    def payload(self, not_after_s: float | None) -> bytes:
+        """The body on the wire. Made once: a retry sends the same bytes, and so never a second motion."""
+        if self.request is None:
+            return b""
+        stamp = {"not_after_s": not_after_s} if self.expires else {}
+        return self.request.model_copy(update=stamp).model_dump_json(exclude_none=True).encode()
+
+    def read(self, payload: bytes) -> R:
+        """The answer.
+
+        Raises:
+            UnexpectedReply: it is not what the schema says.
+        """
+        return read(self.reply, payload, self.name)
+
+
+def read(model: type[R], payload: bytes, name: str) -> R:
+    """A message of the daemon's.
+
+    Raises:
+        UnexpectedReply: it is not what the schema says.
+    """
+    try:
+        return model.model_validate_json(payload)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        where = ".".join(str(part) for part in fault["loc"])
+        raise UnexpectedReply(
+            f"the daemon's {name} cannot be read ({where}: {fault['msg']})",
+            "client and daemon are probably of different versions: install the same on both sides",
+        ) from None
+
+
+INFO = Call("info", Info)
+STATE = Call("state", State)
+CONFIG = Call("config", Cell)
+
+
+def move_report(move_id: str) -> Call[MoveReport]:
+    """Where a move is in its life."""
+    if not re.match(NAME_PATTERN, move_id):
+        raise InvalidArgument(f"{move_id!r} is no move id")
+    return Call(f"moves/{move_id}", MoveReport)
+
+
+def acquire(groups: tuple[str, ...], ttl_s: float, take: bool) -> Call[LeaseReply]:
+    """A lease on free groups, or with `take` also on held ones."""
+    action: Literal["acquire", "take"] = "take" if take else "acquire"
+    return Call("lease", LeaseReply, _request(LeaseRequest, action=action, groups=groups, ttl_s=ttl_s))
+
+
+def renew(groups: tuple[str, ...], ttl_s: float, token: str, timeout_s: float) -> Call[LeaseReply]:
+    """Keeps a lease."""
+    request = _request(LeaseRequest, action="renew", groups=groups, ttl_s=ttl_s, lease=token)
+    return Call("lease", LeaseReply, request, timeout_s)
+
+
+def release(groups: tuple[str, ...], token: str, timeout_s: float) -> Call[LeaseReply]:
+    """Gives a lease back."""
+    request = _request(LeaseRequest, action="release", groups=groups, lease=token)
+    return Call("lease", LeaseReply, request, timeout_s)
+
+
+def group_command(verb: GroupVerb, group: str, token: str) -> Call[GroupReply]:
+    """enable, disable or reset."""
+    return Call(verb, GroupReply, _request(GroupRequest, group=group, lease=token), DRIVES_TIMEOUT_S, expires=True)
+
+
+def stop(group: str) -> Call[GroupReply]:
+    """A controlled stop; needs no lease and is never stale."""
+    return Call("stop", GroupReply, _request(StopRequest, group=group))
+
+
+@dataclass(frozen=True, slots=True)
+class JointOptions:
+    """How a joint move goes; see `axisync_schemas.commands.JointMove`."""
+
+    relative: bool = False
+    minimise: Minimise = "acceleration"
+    duration_s: float | None = None
+    pulse: Pulse = "constant"
+    speed_scale: float = 1.0
+
+
+def move_joint(group: str, target: Floats, options: JointOptions, token: str) -> Call[MoveReply]:
+    """Plans, checks and starts a joint move; answered when it is accepted."""
+    return Call("move", MoveReply, _move_request(group, target, options, token), expires=True)
+
+
+def plan_joint(group: str, target: Floats, options: JointOptions) -> Call[MoveReply]:
+    """What `move_joint` would do from the present setpoint."""
+    return Call("plan", MoveReply, _move_request(group, target, options, None))
+
+
+def _move_request(group: str, target: Floats, options: JointOptions, token: str | None) -> MoveRequest:
+    move = _request(
+        JointMove,
+        target=as_target(target),
+        relative=options.relative,
+        minimise=options.minimise,
+        duration_s=options.duration_s,
+        pulse=options.pulse,
+    )
+    return _request(MoveRequest, group=group, move=move, speed_scale=options.speed_scale, lease=token)
+
+
+_REQUEST = TypeVar("_REQUEST", bound=Strict)
+
+
+def _request(model: type[_REQUEST], **values: object) -> _REQUEST:
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        raise InvalidArgument(explain(error)) from None

@@ -1,0 +1,189 @@
+"""The right to move some groups: acquired, renewed in the background, lost loudly, released on the way out."""
+
+import logging
+import time
+from collections.abc import Callable
+from threading import Lock
+from types import TracebackType
+from typing import TYPE_CHECKING, Self, TypeVar
+
+from axisync_schemas.base import Strict
+from axisync_schemas.errors import ErrorCode
+from axisync_schemas.replies import GroupReply, LeaseReply
+
+from axisync_client import calls
+from axisync_client.calls import Call, JointOptions, Minimise, Pulse
+from axisync_client.errors import AxisyncError, InvalidArgument, LeaseLost, Refused
+from axisync_client.move import Move
+from axisync_client.renewal import Renewal
+from axisync_client.units import Floats
+
+if TYPE_CHECKING:
+    from axisync_client.client import Client
+
+R = TypeVar("R", bound=Strict)
+OnLost = Callable[["Lease", LeaseLost], None]
+NOT_OURS = frozenset({ErrorCode.LEASE_FENCED, ErrorCode.LEASE_REQUIRED})
+RELEASE_TIMEOUT_S = 0.5
+
+_log = logging.getLogger(__name__)
+
+
+class Lease:
+    """Made by `Client.lease`. A context manager: leaving the block gives the lease back.
+
+    What still moves when the lease ends comes to `held` on its path, so wait for a move before leaving the block.
+
+    Attributes:
+        groups: names as they were asked for.
+        token: proof of the lease, sent with every command.
+        epoch: grows whenever a group changes hands.
+        lost: somebody took it, it lapsed, or the daemon forgot it. From then on every use raises `LeaseLost`.
+    """
+
+    def __init__(
+        self,
+        client: "Client",
+        groups: tuple[str, ...],
+        ttl_s: float,
+        reply: LeaseReply,
+        sent_s: float,
+        on_lost: OnLost | None,
+    ) -> None:
+        self.groups = groups
+        self.ttl_s = ttl_s
+        self.token = reply.lease
+        self.epoch = reply.epoch
+        self._client = client
+        self._on_lost = on_lost
+        self._lock = Lock()
+        self._loss: LeaseLost | None = None
+        self._released = False
+        self._renewal = Renewal(ttl_s, sent_s + reply.expires_in_s, self._renew, self._lose)
+
+    @property
+    def lost(self) -> bool:
+        """True once the lease is no longer ours without having been released."""
+        return self._loss is not None
+
+    def check(self) -> None:
+        """Raises:
+        LeaseLost: it is no longer ours.
+        """
+        if self._loss is not None:
+            raise LeaseLost(self._loss.message, self._loss.fix)
+        if self._released:
+            raise LeaseLost(f"the lease on {self._names()} was given back", "acquire it again")
+
+    def enable(self, group: str | None = None) -> GroupReply:
+        """Switches the group's drives on; returns when they hold their positions."""
+        return self._command(calls.group_command("enable", self._group(group), self.token))
+
+    def disable(self, group: str | None = None) -> GroupReply:
+        """Switches the group's drives off."""
+        return self._command(calls.group_command("disable", self._group(group), self.token))
+
+    def reset(self, group: str | None = None) -> GroupReply:
+        """Acknowledges faults; the group is disabled afterwards."""
+        return self._command(calls.group_command("reset", self._group(group), self.token))
+
+    def move_joint(
+        self,
+        target: Floats,
+        *,
+        group: str | None = None,
+        relative: bool = False,
+        minimise: Minimise = "acceleration",
+        duration_s: float | None = None,
+        pulse: Pulse = "constant",
+        speed_scale: float = 1.0,
+    ) -> Move:
+        """Starts a move in which all axes arrive at one time. Returns when it is accepted.
+
+        Args:
+            target: rad, one for each axis of the group; `deg(...)` makes radians of degrees.
+            group: needed only where the lease is on several groups.
+            relative: to the setpoint in force.
+            minimise: which limit is lowered on axes that have time to spare.
+            duration_s: longer than the shortest possible.
+            pulse: "parabolic" has continuous jerk.
+            speed_scale: s in (0, 1] means the limits V s, A s^2, J s^3.
+
+        Raises:
+            Refused: with code, values and, where there is one, a fix.
+            LeaseLost: no longer ours.
+        """
+        options = JointOptions(relative, minimise, duration_s, pulse, speed_scale)
+        call = calls.move_joint(self._group(group), target, options, self.token)
+        return Move(self._client, self._command(call), self)
+
+    def stop(self, group: str | None = None) -> GroupReply:
+        """Stops the lease's groups, or one of them, on their paths. Works with a lost lease, too."""
+        names = self.groups if group is None else (group,)
+        replies = [self._client.stop(name) for name in names]
+        return replies[-1].model_copy(update={"groups": {k: v for reply in replies for k, v in reply.groups.items()}})
+
+    def release(self) -> None:
+        """Gives the lease back; without effect where it is lost or given back already.
+
+        Raises:
+            Unavailable: the daemon did not answer; the lease lapses at its time.
+        """
+        with self._lock:
+            over, self._released = self._released or self.lost, True
+        self._renewal.stop()
+        self._client._forget(self)
+        if not over:
+            self._client._ask(calls.release(self.groups, self.token, RELEASE_TIMEOUT_S))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Releases. A loss that nobody has noticed yet is raised here, unless another error is on its way out."""
+        try:
+            self.release()
+        except AxisyncError as failure:
+            # Lapses by itself. The error on its way out, if any, says more.
+            _log.warning("lease not released groups=%s reason=%s", self._names(), failure)
+        if kind is None and self._loss is not None:
+            raise self._loss
+
+    def _names(self) -> str:
+        return ", ".join(self.groups)
+
+    def _group(self, group: str | None) -> str:
+        if group is not None:
+            return group
+        if len(self.groups) > 1:
+            raise InvalidArgument(f"the lease is on {self._names()}", "say which one is meant by group=")
+        return self.groups[0]
+
+    def _command(self, call: Call[R]) -> R:
+        self.check()
+        try:
+            return self._client._ask(call)
+        except Refused as refusal:
+            if refusal.code not in NOT_OURS:
+                raise
+            self._lose(refusal)
+            self.check()
+            raise
+
+    def _renew(self, timeout_s: float) -> float:
+        sent_s = time.monotonic()
+        reply = self._client._ask(calls.renew(self.groups, self.ttl_s, self.token, timeout_s))
+        return sent_s + reply.expires_in_s
+
+    def _lose(self, cause: AxisyncError) -> None:
+        """Called by the renewal's thread, or where a command is refused; tells once."""
+        with self._lock:
+            if self._released or self._loss is not None:
+                return
+            self._loss = LeaseLost(f"the lease on {self._names()} is lost ({cause.message})", "acquire it again")
+        self._renewal.stop()
+        _log.warning("lease lost groups=%s reason=%s", self._names(), cause.message)
+        if self._on_lost is not None:
+            self._on_lost(self, self._loss)

@@ -1,0 +1,64 @@
+"""JSON messages of the log's `/requests` and `/plans`; `/events` holds `replies.Event`. SI units."""
+
+from typing import Any
+
+from pydantic import Field
+
+from axisync_schemas.base import Strict
+from axisync_schemas.errors import ErrorBody
+from axisync_schemas.replies import MoveReply
+
+
+class RequestLog(Strict):
+    """One command as it came, and how it was answered.
+
+    Attributes:
+        user, verb: from the key; the body cannot prove who sent it.
+        body: the request without its lease token; None where it was no JSON object.
+        received_s, answered_s: monotonic clock.
+        tick: tick of effect, where the controller named one.
+        reply, error: one of them is set.
+    """
+
+    request_id: str | None
+    user: str
+    verb: str
+    body: dict[str, Any] | None
+    received_s: float
+    answered_s: float
+    tick: int | None = None
+    reply: dict[str, Any] | None = None
+    error: ErrorBody | None = None
+
+
+class PlanLog(Strict):
+    """One accepted plan: what was asked, what was answered, and the polynomials that the controller plays.
+
+    The sender leaves out everything from `knots` on; the recorder reads it from the plan slot. JSON carries each float
+    exactly, so setpoints can be computed again to the bit.
+
+    Attributes:
+        axes: indices in `Cell.axes`, the order of the columns below.
+        knots: [m+1] path parameter, s.
+        coefficients: [m][order][n] ascending powers of (s - knots[i]); rad.
+        start, end: [n] exact positions before and after, rad.
+        stop_s, stop_duration: [k] cells of the stop table, s.
+        missing: why the polynomials are not here, where they are not.
+    """
+
+    plan_id: int
+    move_id: str | None
+    group: str
+    request_id: str | None = None
+    user: str | None = None
+    move: dict[str, Any] = Field(default_factory=dict)
+    speed_scale: float = 1.0
+    reply: MoveReply | None = None
+    axes: tuple[int, ...] = ()
+    knots: tuple[float, ...] = ()
+    coefficients: tuple[tuple[tuple[float, ...], ...], ...] = ()
+    start: tuple[float, ...] = ()
+    end: tuple[float, ...] = ()
+    stop_s: tuple[float, ...] = ()
+    stop_duration: tuple[float, ...] = ()
+    missing: str | None = None

@@ -1,0 +1,61 @@
+"""What the cell file says about one emulated drive, in counts."""
+
+import math
+from dataclasses import dataclass
+
+from axisync_schemas.cell import Axis
+
+STEP_MARGIN = 1.5
+"""A drive believes targets up to this many times its axis's velocity limit away from where it expected them."""
+ENABLE_WINDOW_RAD = math.radians(2.0)
+"""The first target must be this close to the actual position."""
+BRAKE_RATIO = 10.0
+"""How much harder than the quick stop a closing brake slows the axis."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSpecification:
+    """One drive.
+
+    Attributes:
+        start: position at power-on, counts.
+        speed_limit: counts/s; the plausibility check's.
+        enable_window: counts.
+        deceleration: default of 0x6084 and 0x6085, counts/s^2.
+        brake_deceleration: counts/s^2.
+        brake_release_ns: after operation enabled, until the axis can move.
+        hold_on_missed: hold the last target when the next one is missing, instead of going on.
+    """
+
+    name: str
+    node_id: int
+    vendor_id: int
+    product_code: int
+    serial: int
+    start: float
+    speed_limit: float
+    enable_window: float
+    deceleration: int
+    brake_deceleration: float
+    brake_release_ns: int
+    hold_on_missed: bool
+
+
+def specify(axis: Axis, bus_number: int) -> DriveSpecification:
+    """The drive of an axis; `bus_number` makes serial numbers differ between buses."""
+    drive = axis.drive
+    scale = abs(drive.counts_per_rad)
+    return DriveSpecification(
+        name=axis.name,
+        node_id=drive.node_id,
+        vendor_id=drive.identity.vendor_id,
+        product_code=drive.identity.product_code,
+        serial=(bus_number + 1) << 16 | drive.node_id,
+        start=drive.counts_per_rad * (drive.start - drive.offset),
+        speed_limit=scale * axis.limits.velocity * STEP_MARGIN,
+        enable_window=scale * ENABLE_WINDOW_RAD,
+        deceleration=min(max(1, round(scale * drive.quick_stop_deceleration)), 0xFFFFFFFF),
+        brake_deceleration=scale * drive.quick_stop_deceleration * BRAKE_RATIO,
+        brake_release_ns=round(drive.brake_release * 1e9),
+        hold_on_missed=drive.on_missed == "hold",
+    )

@@ -1,0 +1,197 @@
+"""One simcan bus: the drives of this process on it directly, everyone else over a socket.
+
+Everything happens in bus time: frames carry when they were sent, timers fire between them in the order of time. So a
+pause of this process delays what others receive, and changes nothing of what happens on the bus.
+"""
+
+import socket
+import struct
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from axisync_emulator.candump import Candump
+from axisync_emulator.segment import Listeners, Port, Station
+from axisync_emulator.simcan.listening import listen_at
+from axisync_emulator.simcan.medium import Medium
+from axisync_emulator.simcan.protocol import FRAME, PACKET_MAX, Hello, ProtocolError, unpack_frames, widen
+from axisync_emulator.timers import NEVER, Timers
+
+_PEER_CREDENTIALS = struct.Struct("iII")
+
+
+def peer_pid(sock: socket.socket) -> int:
+    """The process at the other end."""
+    credentials = sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER_CREDENTIALS.size)
+    pid: int = _PEER_CREDENTIALS.unpack(credentials)[0]
+    return pid
+
+
+class Client:
+    """Someone on a socket: the controller, a sniffer."""
+
+    __slots__ = ("lost", "malformed", "outgoing", "pid", "sock", "source")
+
+    def __init__(self, sock: socket.socket, source: int) -> None:
+        self.sock = sock
+        self.source = source
+        self.outgoing = b""
+        self.lost = 0
+        self.malformed = 0
+        self.pid = peer_pid(sock)
+
+    def fileno(self) -> int:
+        """For select."""
+        return self.sock.fileno()
+
+    def flush(self) -> None:
+        """Sends what has gathered; a reader that is too slow loses it."""
+        packets, self.outgoing = self.outgoing, b""
+        for first in range(0, len(packets), PACKET_MAX):
+            packet = packets[first : first + PACKET_MAX]
+            try:
+                self.sock.send(packet)
+            except OSError:  # full, or gone: its end is seen when reading
+                self.lost += len(packet) // FRAME.size
+
+
+class Hub:
+    """A bus with a listening socket.
+
+    Args:
+        clock: now, ns; frames that claim to be sent later than that count as sent now.
+        time_socket: path told to clients in lock-step.
+
+    Raises:
+        BusySocket: another hub serves this path.
+    """
+
+    def __init__(self, name: str, path: Path, bitrate: float, *, clock: Callable[[], int] = time.monotonic_ns,
+                 time_socket: Path | None = None, candump: Candump | None = None) -> None:  # fmt: skip
+        self.name = name
+        self.path = path
+        self.medium = Medium(bitrate)
+        self.timers = Timers()
+        self.listener = listen_at(path)
+        self.clients: list[Client] = []
+        self.lost = 0
+        self.malformed = 0
+        self._listeners = Listeners()
+        self._clock = clock
+        self._candump = candump
+        self._hello = Hello(name, bitrate, str(time_socket) if time_socket else None).pack()
+
+    def attach(self) -> Port:
+        """A port for a node of this process."""
+        return Station(self.medium.attach(), self.medium.queue, self._listeners, self.timers)
+
+    def accept(self) -> None:
+        """Takes whoever has connected."""
+        while True:
+            try:
+                sock, _ = self.listener.accept()
+            except BlockingIOError:
+                return
+            sock.setblocking(False)
+            widen(sock)
+            try:
+                sock.send(self._hello)
+            except OSError:
+                sock.close()
+                continue
+            self.clients.append(Client(sock, self.medium.attach()))
+
+    def drain(self) -> None:
+        """Queues everything that clients have sent."""
+        for client in tuple(self.clients):
+            self.read(client)
+
+    def read(self, client: Client) -> None:
+        """Queues everything that one client has sent; drops it where it has closed."""
+        queue, source = self.medium.queue, client.source
+        recv = client.sock.recv
+        while True:
+            try:
+                packet = recv(PACKET_MAX)
+            except BlockingIOError:
+                return
+            except OSError:
+                packet = b""
+            if not packet:
+                return self._drop(client)
+            now = self._clock()
+            try:
+                for at, can_id, data in unpack_frames(packet):
+                    queue(source, can_id, data, min(at or now, now))
+            except ProtocolError:
+                client.malformed += 1
+
+    def _drop(self, client: Client) -> None:
+        # What it has sent is on its way, as from a node that is unplugged after its last frame.
+        self.clients.remove(client)
+        self.lost += client.lost
+        self.malformed += client.malformed
+        client.sock.close()
+
+    @property
+    def next_event(self) -> int:
+        """When something happens next, ns, if nobody sends before."""
+        medium = self.medium
+        on_wire = medium.completion
+        return min(self.timers.next, on_wire if on_wire < NEVER else medium.next_start)
+
+    def advance(self, horizon: int) -> None:
+        """Lets happen everything up to `horizon` ns: frames complete and timers fire up to and including it, frames
+        start before it. At one instant frames complete first, so that a frame in time beats its time-out."""
+        medium, timers = self.medium, self.timers
+        while True:
+            completion = medium.completion
+            if completion < NEVER:
+                if timers.next < completion:
+                    if timers.next > horizon:
+                        return
+                    self._fire()
+                elif completion <= horizon:
+                    self._complete()
+                else:
+                    return
+                continue
+            start = medium.next_start
+            if timers.next <= start:
+                if timers.next > horizon:
+                    return
+                self._fire()
+            elif start < horizon:
+                medium.start()
+            else:
+                return
+
+    def _fire(self) -> None:
+        self.medium.now = max(self.medium.now, self.timers.next)
+        self.timers.fire()
+
+    def _complete(self) -> None:
+        medium = self.medium
+        medium.finish()
+        (_, can_id, data), source, now = medium.frame, medium.source, medium.now
+        if self.clients:
+            packed = FRAME.pack(now, can_id, len(data), data)
+            for client in self.clients:
+                if client.source != source:
+                    client.outgoing += packed
+        if self._candump:
+            self._candump.write(self.name, can_id, data, now)
+        self._listeners.deliver(can_id, data, now, source)
+
+    def flush(self) -> None:
+        """Sends to the clients what has completed."""
+        for client in self.clients:
+            if client.outgoing:
+                client.flush()
+
+    def close(self) -> None:
+        """Ends it; the socket's path is gone."""
+        for client in tuple(self.clients):
+            self._drop(client)
+        self.listener.close()
+        self.path.unlink(missing_ok=True)

@@ -1,0 +1,92 @@
+"""The wire: who sends next, and how long it takes. Pure; all times are ns of bus time."""
+
+from collections import deque
+from heapq import heappop, heappush
+
+from axisync_emulator.simcan.wire import EXTENDED, EXTENDED_MASK, INTERFRAME_BITS, REMOTE, STANDARD_MASK, frame_bits
+from axisync_emulator.timers import NEVER
+
+Pending = tuple[int, int, bytes]
+"""When it was handed over ns, can_id, data."""
+
+
+def arbitration_key(can_id: int) -> int:
+    """Lower wins: the bits of the arbitration field in the order in which they are sent (ISO 11898-1, 10.4.2)."""
+    remote = 1 if can_id & REMOTE else 0
+    if not can_id & EXTENDED:
+        return (can_id & STANDARD_MASK) << 21 | remote << 20
+    identifier = can_id & EXTENDED_MASK
+    return (identifier >> 18) << 21 | 3 << 19 | (identifier & 0x3FFFF) << 1 | remote
+
+
+class Medium:
+    """One bus: transmit queues of its nodes, arbitration between their heads, and the frame on the wire.
+
+    Each source's own frames leave in the order in which they were handed over, as from a controller with one transmit
+    queue; among the sources the lowest identifier wins whenever the bus is free.
+    """
+
+    def __init__(self, bitrate: float) -> None:
+        self._bit_ns = 1e9 / bitrate
+        self._queues: list[deque[Pending]] = []
+        self._waiting: list[tuple[int, int, int]] = []  # heads not yet handed over at `now`: time, source, key
+        self._contending: list[tuple[int, int]] = []  # heads that want the bus: key, source
+        self._free_at = 0
+        self.now = 0
+        self.completion = NEVER
+        self.frame: Pending = (0, 0, b"")
+        self.source = -1
+        self.bits = 0
+        self.frames = 0
+
+    def attach(self) -> int:
+        """A new source. Sources with the same identifier win in the order in which they were attached."""
+        self._queues.append(deque())
+        return len(self._queues) - 1
+
+    def queue(self, source: int, can_id: int, data: bytes, at: int) -> None:
+        """Hands a frame over at time `at`; in the past means as soon as what has happened allows."""
+        at = max(at, self.now)
+        queue = self._queues[source]
+        queue.append((at, can_id, data))
+        if len(queue) == 1:
+            heappush(self._waiting, (at, source, arbitration_key(can_id)))
+
+    def flush(self, source: int) -> None:
+        """Forgets what a source still wanted to send: it has left the bus."""
+        self._queues[source].clear()
+        self._waiting = [entry for entry in self._waiting if entry[1] != source]
+        self._contending = [entry for entry in self._contending if entry[1] != source]
+
+    @property
+    def next_start(self) -> int:
+        """When the next frame begins; meaningful while none is on the wire."""
+        if self._contending:
+            return max(self._free_at, self.now)
+        if self._waiting:
+            return max(self._free_at, self._waiting[0][0])
+        return NEVER
+
+    def start(self) -> None:
+        """Puts the winner of the arbitration at `next_start` on the wire."""
+        now = self.now = self.next_start
+        waiting, contending = self._waiting, self._contending
+        while waiting and waiting[0][0] <= now:
+            _, source, key = heappop(waiting)
+            heappush(contending, (key, source))
+        self.source = heappop(contending)[1]
+        queue = self._queues[self.source]
+        self.frame = queue.popleft()
+        if queue:
+            following = queue[0]
+            heappush(waiting, (following[0], self.source, arbitration_key(following[1])))
+        bits = frame_bits(self.frame[1], self.frame[2])
+        self.completion = now + round(bits * self._bit_ns)
+        self._free_at = now + round((bits + INTERFRAME_BITS) * self._bit_ns)
+        self.bits += bits + INTERFRAME_BITS
+        self.frames += 1
+
+    def finish(self) -> None:
+        """Takes the frame, complete now, off the wire; it stays in `frame` until the next one starts."""
+        self.now = self.completion
+        self.completion = NEVER

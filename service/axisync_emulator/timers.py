@@ -1,0 +1,76 @@
+"""Timers of the simulation: fired in the order of their time, never by the wall clock."""
+
+from collections.abc import Callable
+from heapq import heappop, heappush
+
+NEVER = 1 << 62
+"""A time ns that does not come."""
+
+Callback = Callable[[int], None]
+
+
+class Timer:
+    """Fires its callback once at `deadline`. Moving the deadline later costs nothing: watchdogs do so every cycle."""
+
+    __slots__ = ("_queued", "callback", "deadline", "order", "timers")
+
+    def __init__(self, timers: "Timers", order: int, callback: Callback) -> None:
+        self.timers = timers
+        self.order = order
+        self.callback = callback
+        self.deadline = NEVER
+        self._queued = NEVER
+
+    def set(self, at: int) -> None:
+        """Fires at `at` ns, and at no time set before."""
+        self.deadline = at
+        if at < self._queued:
+            self._queued = at
+            heappush(self.timers.heap, (at, self.order, self))
+
+    def cancel(self) -> None:
+        """Does not fire."""
+        self.deadline = NEVER
+
+    @property
+    def running(self) -> bool:
+        """It will fire."""
+        return self.deadline < NEVER
+
+    def reached(self, entry: int) -> None:
+        """Its entry of the heap has come up: fire, or wait on where the deadline was moved."""
+        if entry != self._queued:
+            return
+        self._queued = NEVER
+        deadline = self.deadline
+        if deadline > entry:
+            if deadline < NEVER:
+                self.set(deadline)
+            return
+        self.deadline = NEVER
+        self.callback(entry)
+
+
+class Timers:
+    """All timers of one bus; equal times fire in the order in which the timers were made."""
+
+    __slots__ = ("_count", "heap")
+
+    def __init__(self) -> None:
+        self.heap: list[tuple[int, int, Timer]] = []
+        self._count = 0
+
+    def make(self, callback: Callback) -> Timer:
+        """A timer that is not set."""
+        self._count += 1
+        return Timer(self, self._count, callback)
+
+    @property
+    def next(self) -> int:
+        """When to look again; it may turn out that nothing fires then."""
+        return self.heap[0][0] if self.heap else NEVER
+
+    def fire(self) -> None:
+        """Takes the first entry."""
+        at, _, timer = heappop(self.heap)
+        timer.reached(at)

@@ -1,0 +1,89 @@
+"""What may be done now. Each check refuses with the value, the bound and, where there is one, the fix."""
+
+import math
+
+from axisync_schemas.cell import Axis, Cell
+from axisync_schemas.commands import JointMove
+from axisync_schemas.enumerations import GroupState, Phase
+from axisync_schemas.errors import ErrorCode, Refusal
+
+from axisync_service.actioner.world import World
+from axisync_service.planner.targets import target_of
+
+_MOVING = "{name} is {state}: one move at a time; wait for its end or stop it"
+NOT_MOVABLE: dict[GroupState, tuple[ErrorCode, str]] = {
+    GroupState.DISABLED: (ErrorCode.NOT_ENABLED, "{name} is disabled: enable it first"),
+    GroupState.MOVING: (ErrorCode.BUSY, _MOVING),
+    GroupState.HELD: (ErrorCode.WRONG_STATE, "{name} is held on the path of its last move: stop ends that move"),
+    GroupState.STOPPING: (ErrorCode.BUSY, _MOVING),
+    GroupState.HOMING: (ErrorCode.BUSY, _MOVING),
+    GroupState.JOGGING: (ErrorCode.BUSY, _MOVING),
+    GroupState.FAULT: (ErrorCode.FAULTED, "{name} has a fault: {reason}; reset acknowledges it"),
+}
+"""Why a group in a state cannot begin a move; STANDSTILL, the only one not here, can."""
+
+NOT_AT_REST = frozenset({GroupState.MOVING, GroupState.STOPPING, GroupState.HOMING, GroupState.JOGGING})
+"""States in which there is no start to plan from."""
+
+
+def check_time(not_after_s: float | None, now_ns: int) -> None:
+    """Refuses a command whose time has passed: STALE."""
+    if not_after_s is not None and now_ns > not_after_s * 1e9:
+        late = now_ns / 1e9 - not_after_s
+        raise Refusal(ErrorCode.STALE, f"{late:.3f} s too late", not_after_s=not_after_s, now_s=now_ns / 1e9)
+
+
+def check_running(phase: Phase) -> None:
+    """Refuses while the service is stopping: UNAVAILABLE."""
+    if phase is not Phase.RUNNING:
+        raise Refusal(ErrorCode.UNAVAILABLE, "the service is stopping")
+
+
+def check_controller(world: World) -> None:
+    """Refuses while no cycle runs: UNAVAILABLE."""
+    if not world.up or world.tick == 0:
+        raise Refusal(ErrorCode.UNAVAILABLE, "the controller is down or starting; its drives stop by themselves")
+
+
+def check_movable(cell: Cell, members: tuple[int, ...], world: World) -> None:
+    """Refuses unless every group stands still, enabled: NOT_ENABLED, BUSY, WRONG_STATE, FAULTED."""
+    for member in members:
+        _check_state(cell.group_names[member], world, member, NOT_MOVABLE)
+
+
+def check_at_rest(cell: Cell, members: tuple[int, ...], world: World) -> None:
+    """Refuses while a group moves, for a plan that is only looked at: BUSY."""
+    table = {state: why for state, why in NOT_MOVABLE.items() if state in NOT_AT_REST}
+    for member in members:
+        _check_state(cell.group_names[member], world, member, table)
+
+
+def _check_state(name: str, world: World, member: int, table: dict[GroupState, tuple[ErrorCode, str]]) -> None:
+    view = world.groups[member]
+    if view.state not in table:
+        return
+    code, text = table[view.state]
+    reason = view.reason or "unknown"
+    message = text.format(name=name, state=view.state.label, reason=reason)
+    details = {"group": name, "state": view.state.label}
+    raise Refusal(code, message, **details, **({"reason": reason} if code is ErrorCode.FAULTED else {}))
+
+
+def check_target(axes: tuple[Axis, ...], move: JointMove, start: tuple[float, ...]) -> None:
+    """Refuses a target of the wrong size (INVALID_REQUEST) or outside of the soft limits (SOFT_LIMIT)."""
+    if len(move.target) != len(axes):
+        message = f"move.target: {len(axes)} axes are expected, not {len(move.target)}"
+        fault = {"path": "move.target", "message": message, "value": len(move.target)}
+        raise Refusal(ErrorCode.INVALID_REQUEST, message, errors=[fault], axes=[axis.name for axis in axes])
+    for axis, value in zip(axes, target_of(move, start), strict=True):
+        low, high = axis.soft_limits
+        if not low <= value <= high:
+            _refuse_target(axis, value, low if value < low else high)
+
+
+def _refuse_target(axis: Axis, value: float, bound: float) -> None:
+    message = f"{axis.name}: target {math.degrees(value):.6g} deg is beyond the soft limit {math.degrees(bound):.6g} deg"
+    raise Refusal(
+        ErrorCode.SOFT_LIMIT, message, axis=axis.name, value=value, bound=bound, limits=list(axis.soft_limits),
+        nearest_allowed=bound,
+    )  # fmt: skip

@@ -1,0 +1,122 @@
+"""The life of accepted moves: executing, held, then succeeded, stopped or failed."""
+
+from collections import OrderedDict
+from dataclasses import dataclass
+
+from axisync_schemas.enumerations import GroupState, MoveStatus
+from axisync_schemas.replies import MoveReport
+
+from axisync_service.actioner.world import World
+
+KEEP_AT_MOST = 1000
+UNSEEN_NS = 1_000_000_000
+"""A move that the controller does not show for this long has ended without our hearing of it."""
+
+ACTIVE = frozenset({MoveStatus.EXECUTING, MoveStatus.HELD})
+
+
+def move_id_of(plan_id: int) -> str:
+    """The name of a move on the wire."""
+    return f"m-{plan_id}"
+
+
+@dataclass(slots=True)
+class Move:
+    """One move.
+
+    Attributes:
+        slot: plan slot it is played from; None for a move of zero length, which nobody plays.
+        accepted: the controller has taken it; until then nobody is told of it.
+        seen_ns: when the controller last showed it.
+    """
+
+    plan_id: int
+    group: str
+    members: tuple[int, ...]
+    slot: int | None
+    duration_s: float
+    seen_ns: int
+    accepted: bool = False
+    status: MoveStatus = MoveStatus.EXECUTING
+    progress: float = 0.0
+    reason: str | None = None
+
+    @property
+    def active(self) -> bool:
+        """It holds its groups and its plan slot."""
+        return self.status in ACTIVE
+
+
+class Moves:
+    """The newest 1,000 moves by plan id."""
+
+    def __init__(self) -> None:
+        self._moves: OrderedDict[int, Move] = OrderedDict()
+
+    def add(self, move: Move) -> None:
+        """A move that is about to begin, or was found going on."""
+        self._moves[move.plan_id] = move
+        excess = len(self._moves) - KEEP_AT_MOST
+        if excess > 0:
+            for plan_id in [m.plan_id for m in self._moves.values() if not m.active][:excess]:
+                del self._moves[plan_id]
+
+    def drop(self, plan_id: int) -> None:
+        """The controller refused it: it never was."""
+        self._moves.pop(plan_id, None)
+
+    def active(self) -> list[Move]:
+        """The moves that hold groups and slots."""
+        return [move for move in self._moves.values() if move.active]
+
+    def on_group(self, group: int) -> Move | None:
+        """The active move of an elementary group."""
+        return next((move for move in self.active() if group in move.members), None)
+
+    def known(self, plan_id: int) -> bool:
+        """Whether it is among those kept."""
+        return plan_id in self._moves
+
+    def find(self, move_id: str) -> Move | None:
+        """By its name on the wire."""
+        number = move_id.removeprefix("m-")
+        if not number.isdecimal() or len(number) > 20:
+            return None
+        move = self._moves.get(int(number))
+        return move if move is not None and move.accepted and move_id_of(move.plan_id) == move_id else None
+
+    def end(self, plan_id: int, status: MoveStatus, reason: str | None) -> Move | None:
+        """It has ended; None where it was not active."""
+        move = self._moves.get(plan_id)
+        if move is None or not move.active:
+            return None
+        move.status, move.reason = status, reason
+        if status is MoveStatus.SUCCEEDED:
+            move.progress = 1.0
+        return move
+
+    def observe(self, world: World) -> None:
+        """Follows progress, held and moving, as the tick records show them."""
+        for move in self.active():
+            views = [world.groups[m] for m in move.members if world.groups[m].plan_id == move.plan_id]
+            if views:
+                held = any(view.state is GroupState.HELD for view in views)
+                move.status = MoveStatus.HELD if held else MoveStatus.EXECUTING
+                move.reason = next((view.reason for view in views if view.reason), None) if held else None
+                move.progress = min(1.0, views[0].path_s / move.duration_s)
+                move.seen_ns = world.now_ns
+            elif world.up and world.now_ns - move.seen_ns > UNSEEN_NS:
+                self.end(move.plan_id, MoveStatus.FAILED, "its end was not seen")
+
+
+def report(move: Move, now_ns: int) -> MoveReport:
+    """`moves/<move_id>`."""
+    return MoveReport(
+        move_id=move_id_of(move.plan_id),
+        group=move.group,
+        status=move.status,
+        progress=move.progress,
+        reason=move.reason,
+        duration_s=move.duration_s,
+        now_s=now_ns / 1e9,
+    )

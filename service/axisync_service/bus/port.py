@@ -1,0 +1,145 @@
+"""The cycle's view of a bus: send a frame, drain what has come, never wait."""
+
+import struct
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any
+
+import can
+from axisync_schemas.cell import Bus
+
+from axisync_service.motion_controller.clock import TimeSource
+
+Frame = tuple[int, bytes]
+"""11-bit identifier and data."""
+
+_CAN_FRAME = struct.Struct("=IB3x8s")
+_FLAGS = 0xE0000000
+"""Extended, remote and error frames: none of them is ours."""
+
+
+class BusError(Exception):
+    """The bus cannot be opened; one sentence that says what to do."""
+
+
+class BusPort(ABC):
+    """One open bus.
+
+    Attributes:
+        sent, received, lost: frames; lost ones found the transmit queue full, or the bus down.
+        failure: why the last frame could not be sent; None while the bus works.
+        time_source: the bus's own time in lock-step, else None.
+    """
+
+    time_source: TimeSource | None = None
+
+    def __init__(self, bus: Bus) -> None:
+        self.bus = bus
+        self.sent = self.received = self.lost = 0
+        self.failure: str | None = None
+
+    def send(self, can_id: int, data: bytes) -> None:
+        """Queues a frame; a full queue or a dead bus loses it (counted) and never raises."""
+        try:
+            self._send(can_id, data)
+        except (OSError, can.CanError) as error:
+            self.lost += 1
+            self.failure = str(error)
+            return
+        self.sent += 1
+        self.failure = None
+
+    @abstractmethod
+    def _send(self, can_id: int, data: bytes) -> None: ...
+
+    @abstractmethod
+    def drain(self) -> list[Frame]:
+        """Every data frame with an 11-bit identifier that has come since the last call, oldest first."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Closes the bus."""
+
+
+class SocketCanPort(BusPort):
+    """A kernel CAN interface. python-can opens the socket; frames go through it unwrapped, 3 us each."""
+
+    def __init__(self, bus: Bus) -> None:
+        super().__init__(bus)
+        self._bus = _open(bus, lambda: can.Bus(interface="socketcan", channel=bus.channel))
+        self._socket = self._bus.socket
+        self._socket.setblocking(False)
+
+    def _send(self, can_id: int, data: bytes) -> None:
+        self._socket.send(_CAN_FRAME.pack(can_id, len(data), data))
+
+    def drain(self) -> list[Frame]:
+        """As declared; a bus that went down simply has no frames."""
+        frames: list[Frame] = []
+        receive = self._socket.recv
+        try:
+            while True:
+                can_id, length, data = _CAN_FRAME.unpack(receive(_CAN_FRAME.size))
+                if not can_id & _FLAGS:
+                    frames.append((can_id, data[:length]))
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            self.failure = str(error)
+        self.received += len(frames)
+        return frames
+
+    def close(self) -> None:
+        """Closes the socket."""
+        self._bus.shutdown()
+
+
+class SimCanPort(BusPort):
+    """The embedded simulated bus, through its python-can plug-in."""
+
+    def __init__(self, bus: Bus) -> None:
+        super().__init__(bus)
+        self._bus = _open(bus, lambda: can.Bus(interface="simcan", channel=bus.channel))
+        self._drain = self._bus.drain
+        self.time_source = self._bus.time_source
+
+    def _send(self, can_id: int, data: bytes) -> None:
+        self._bus.send_frame(can_id, data)
+
+    def drain(self) -> list[Frame]:
+        """As declared."""
+        try:
+            frames = [(can_id, data) for can_id, data, _ in self._drain()]
+        except (OSError, can.CanError) as error:
+            self.failure = str(error)
+            return []
+        self.received += len(frames)
+        return frames
+
+    def close(self) -> None:
+        """Leaves the bus."""
+        self._bus.shutdown()
+
+
+def _open(bus: Bus, opener: Callable[[], Any]) -> Any:
+    try:
+        return opener()
+    except (OSError, can.CanError) as error:
+        hint = (
+            f"is the interface there and up? `deploy/vcan.sh {bus.channel}` makes a virtual one"
+            if bus.interface == "socketcan"
+            else "is axisync-emulator running?"
+        )
+        raise BusError(f"bus {bus.name}: cannot open {bus.interface} {bus.channel}: {error}; {hint}") from None
+
+
+_PORTS: dict[str, Callable[[Bus], BusPort]] = {"socketcan": SocketCanPort, "simcan": SimCanPort}
+
+
+def open_port(bus: Bus) -> BusPort:
+    """Opens a bus by its back end.
+
+    Raises:
+        BusError: it cannot be opened.
+    """
+    return _PORTS[bus.interface](bus)

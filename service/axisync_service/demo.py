@@ -1,0 +1,151 @@
+"""`axisyncd demo`: emulated drives beside the real service, and a short program played by a real client."""
+
+import contextlib
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from axisync_schemas.cell import Cell
+
+EMULATOR_READY_S = 20.0
+P1_DEG = (0, -150, 60, -45, -45, 45)
+P2_DEG = (100, -90, -60, -120, 45, 45)
+"""KingKong's start and end positions of the paper, V.B.1."""
+
+
+def joint_argument(degrees: tuple[float, ...]) -> str:
+    """Joint positions as the command line takes them."""
+    return ",".join(f"{value:g}" for value in degrees) + "deg"
+
+
+PROGRAM = (
+    ("enable", "all"),
+    ("move", "kingkong", "--joint", joint_argument(P2_DEG)),
+    ("move", "kingkong", "--joint", joint_argument(P1_DEG)),
+)
+
+
+def kernel_has(cell: Cell) -> bool:
+    """Every bus of the cell is a CAN interface of this kernel, and up."""
+    return all(_interface_up(bus.channel) for bus in cell.buses)
+
+
+def _interface_up(name: str) -> bool:
+    with contextlib.suppress(OSError, ValueError):
+        return bool(int(Path(f"/sys/class/net/{name}/flags").read_text(), 16) & 1)
+    return False
+
+
+class EmulatorFailed(Exception):
+    """The emulated drives did not come up; one sentence."""
+
+
+@dataclass(slots=True)
+class Emulators:
+    """One emulator process a bus, out of reach of Ctrl-C: the service still needs the drives while it stops."""
+
+    processes: list[subprocess.Popen[str]] = field(default_factory=list)
+
+    def start(self, cell_file: Path, cell: Cell, simcan: str, candump: Path | None = None) -> None:
+        """Starts them and waits until their buses are there.
+
+        Raises:
+            EmulatorFailed: one ended, or said nothing.
+        """
+        for bus in cell.buses:
+            command = [sys.executable, "-m", "axisync_emulator.main", str(cell_file), "--bus", bus.name]
+            command += ["--die-with-parent", *(("--simcan", simcan) if simcan else ())]
+            if candump is not None:
+                command += ["--candump", str(candump / f"{bus.name}.log")]
+            self.processes.append(
+                subprocess.Popen(
+                    command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, start_new_session=True
+                )
+            )
+        for process in self.processes:
+            assert process.stdout is not None
+            if process.stdout.readline().strip() != "ready":
+                self.stop()
+                raise EmulatorFailed(f"the emulated drives did not start (exit code {process.returncode})")
+
+    def stop(self) -> None:
+        """Ends them."""
+        for process in self.processes:
+            process.terminate()
+        for process in self.processes:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(5.0)
+            process.kill()
+            process.wait()
+            if process.stdout:
+                process.stdout.close()
+        self.processes.clear()
+
+
+class Program:
+    """Plays commands of the `axisync` command line one after the other, each a process of its own."""
+
+    def __init__(self, endpoint: str, commands: tuple[tuple[str, ...], ...] = PROGRAM) -> None:
+        self._endpoint = endpoint
+        self._commands: Iterator[tuple[str, ...]] = iter(commands)
+        self._process: subprocess.Popen[bytes] | None = None
+        self.begun = self.done = False
+        self.failed: str | None = None
+
+    def begin(self) -> None:
+        """The service is ready."""
+        self.begun = True
+
+    def poll(self) -> bool:
+        """Starts the next command when the last one has ended; True once, when the program is over."""
+        if not self.begun or self.done:
+            return False
+        if self._process is not None:
+            code = self._process.poll()
+            if code is None:
+                return False
+            if code != 0:
+                self.failed = f"the command above ended with exit code {code}"
+                return self._finish()
+        command = next(self._commands, None)
+        if command is None:
+            return self._finish()
+        print(f"$ axisync {' '.join(command)}", flush=True)
+        environment = {**os.environ, "AXISYNC_ENDPOINT": self._endpoint}
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "axisync_cli.main", *command], stdin=subprocess.DEVNULL, env=environment
+        )
+        return False
+
+    def _finish(self) -> bool:
+        self.done = True
+        return True
+
+    def stop(self) -> None:
+        """Waits for a command that is under way: it hears of the service's end by itself."""
+        if self._process is not None and self._process.poll() is None:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(5.0)
+            self._process.kill()
+            self._process.wait()
+
+
+def next_steps(cell: Cell, endpoint: str, log_dir: Path) -> str:
+    """What to try after the program."""
+    target = joint_argument(tuple(round(math.degrees(axis.drive.start)) + 20 for axis in cell.axes[6:12]))
+    option = "" if endpoint.endswith(":7447") else f" --endpoint {endpoint}"
+    logs = sorted(log_dir.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
+    return "\n".join(
+        (
+            "The arms stand, enabled. In another terminal:",
+            f"  .venv/bin/axisync{option} state",
+            f"  .venv/bin/axisync{option} move wukong --joint {target}",
+            f"  .venv/bin/axisync{option} stop",
+            f"Every setpoint is in {logs[-1] if logs else log_dir}",
+            "Ctrl-C stops the arms, disables the drives and ends the service.",
+        )
+    )

@@ -1,0 +1,1 @@
+"""The network: Zenoh session, queryables, publications. The only package that imports zenoh."""

@@ -1,0 +1,177 @@
+"""`axisyncd`: the daemon's command line. Exit: 0 done, 1 refused or failed, 2 usage."""
+
+import math
+import os
+import tempfile
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from axisync_schemas.cell import Cell, CellError, read_cell
+
+from axisync_service.canopen.budget import LOAD_MAX, budget
+from axisync_service.daemon.locks import Locked, runtime_directory
+from axisync_service.demo import EmulatorFailed, Emulators, Program, kernel_has, next_steps
+from axisync_service.process import LOG_LEVEL_VARIABLE
+from axisync_service.supervisor import Supervisor
+
+DEFAULT_LISTEN = "tcp/127.0.0.1:7447"
+CELLS = Path(__file__).parent / "cells"
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
+
+CellFile = Annotated[Path, typer.Argument(help="The cell file.", show_default=False)]
+LogDir = Annotated[Path, typer.Option(help="Where logs are written.")]
+Listen = Annotated[str, typer.Option(help="Zenoh endpoint; loopback only, as long as nobody must log in.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Log what each process does.")]
+
+
+@app.command()
+def run(
+    cell_file: CellFile,
+    log_dir: LogDir = Path("logs"),
+    listen: Listen = DEFAULT_LISTEN,
+    simcan: Annotated[str, typer.Option(help="Use simulated buses with sockets in this directory.")] = "",
+    verbose: Verbose = False,
+) -> None:
+    """Serve a cell on its buses, in the foreground, until SIGINT or SIGTERM."""
+    cell, text = _load(cell_file)
+    _set_verbosity(verbose)
+    supervisor = _supervisor(cell.on_simcan(simcan) if simcan else cell, text, log_dir, listen, simcan)
+    supervisor.on_ready = _say_ready
+    raise typer.Exit(supervisor.run())
+
+
+@app.command()
+def demo(
+    log_dir: LogDir = Path("logs"),
+    listen: Listen = DEFAULT_LISTEN,
+    dashboard: Annotated[bool, typer.Option(help="Also serve the web page, where it is installed.")] = True,
+    program: Annotated[bool, typer.Option(help="Play the program.")] = True,
+    cell_file: Annotated[Path, typer.Option("--cell", help="Another cell than the paper's robot.")] = CELLS
+    / "eod.toml",
+    candump: Annotated[Path | None, typer.Option(help="Write each bus's frames to BUS.log in this directory.")] = None,
+    verbose: Verbose = False,
+) -> None:
+    """Both arms of the paper on emulated drives: plays P1 -> P2 and back, then waits for your commands."""
+    del dashboard  # There is no page yet; the option is the contract's.
+    cell, text = _load(cell_file)
+    _set_verbosity(verbose)
+    simcan = ""
+    if kernel_has(cell):
+        print(f"Buses: {', '.join(bus.channel for bus in cell.buses)} of this kernel.", flush=True)
+    else:
+        simcan = tempfile.mkdtemp(prefix="simcan-", dir=runtime_directory())
+        cell = cell.on_simcan(simcan)
+        print("Buses: simulated (simcan), since this kernel has no vcan0 and vcan1 (deploy/vcan.sh).", flush=True)
+    raise typer.Exit(_demo(cell, text, cell_file, log_dir, listen, simcan, program, candump))
+
+
+def _demo(
+    cell: Cell, text: str, cell_file: Path, log_dir: Path, listen: str, simcan: str, play: bool, candump: Path | None
+) -> int:
+    supervisor = _supervisor(cell, text, log_dir, listen, simcan)
+    emulators, program = Emulators(), Program(listen)
+
+    def on_ready(missing: list[str]) -> None:
+        _say_ready(missing)
+        if play:
+            program.begin()
+
+    def each_poll() -> None:
+        if program.poll():
+            print(program.failed or next_steps(cell, listen, log_dir), flush=True)
+
+    supervisor.on_ready, supervisor.each_poll = on_ready, each_poll
+    try:
+        emulators.start(cell_file, cell, simcan, ("--candump", str(candump)) if candump else ())
+        return supervisor.run()
+    except EmulatorFailed as error:
+        typer.echo(f"axisyncd: {error}", err=True)
+        return 1
+    finally:
+        program.stop()
+        emulators.stop()
+        if simcan:
+            for leftover in Path(simcan).iterdir():
+                leftover.unlink()
+            Path(simcan).rmdir()
+
+
+@app.command()
+def check(cell_file: CellFile) -> None:
+    """Check a cell file; print its axes, limits and the load of each bus."""
+    cell, _ = _load(cell_file, refuse_overload=False)
+    print(f"{cell.name}: {len(cell.axes)} axes, {len(cell.buses)} buses, period {cell.period * 1e3:g} ms")
+    print(f"\n{'axis':<14}{'group':<12}{'bus:node':<16}{'soft limits':>18}{'hard limits':>18}{'V':>8}{'A':>8}{'J':>8}")
+    for group in cell.groups:
+        for axis in group.axes:
+            low, high = (math.degrees(limit) for limit in axis.soft_limits)
+            hard_low, hard_high = (math.degrees(limit) for limit in axis.hard_limits)
+            limits = [math.degrees(x) for x in (axis.limits.velocity, axis.limits.acceleration, axis.limits.jerk)]
+            print(
+                f"{axis.name:<14}{group.name:<12}{axis.drive.bus + ':' + str(axis.drive.node_id):<16}"
+                f"{f'{low:g} .. {high:g}':>18}{f'{hard_low:g} .. {hard_high:g}':>18}"
+                + "".join(f"{value:>8g}" for value in limits)
+            )
+    print("\nlimits in deg, deg/s, deg/s^2, deg/s^3")
+    print(f"\n{'bus':<14}{'drives':>7}{'cyclic':>12}{'load':>8}{'worst cycle':>16}")
+    fits = True
+    for bus in cell.buses:
+        b = budget(cell, bus)
+        fits = fits and b.fits
+        worst = b.worst_cycle_s / b.period_s
+        print(
+            f"{b.bus:<14}{b.drives:>7}{f'{b.cyclic_s * 1e6:.0f} us':>12}{f'{b.load:.1%}':>8}"
+            f"{f'{b.worst_cycle_s * 1e6:.0f} us ({worst:.0%})':>16}"
+        )
+        if not b.fits:
+            print(f"  refused: over {LOAD_MAX:.0%}; use a longer period_ms, a faster bus, or another bus")
+        elif worst > 1.0:
+            print("  warning: a cycle in which everything falls due does not fit; frames will be late in it")
+    raise typer.Exit(0 if fits else 1)
+
+
+def _load(path: Path, refuse_overload: bool = True) -> tuple[Cell, str]:
+    try:
+        cell, text = read_cell(path)
+    except CellError as error:
+        typer.echo(f"axisyncd: {error}", err=True)
+        raise typer.Exit(1) from None
+    for bus in cell.buses:
+        load = budget(cell, bus)
+        if refuse_overload and not load.fits:
+            typer.echo(
+                f"axisyncd: {path}: bus {bus.name} would be {load.load:.1%} full, {LOAD_MAX:.0%} is the most: "
+                f"see `axisyncd check {path}`",
+                err=True,
+            )
+            raise typer.Exit(1)
+    return cell, text
+
+
+def _supervisor(cell: Cell, text: str, log_dir: Path, listen: str, simcan: str) -> Supervisor:
+    try:
+        return Supervisor(cell, text, log_dir.resolve(), listen, simcan)
+    except Locked as error:
+        typer.echo(f"axisyncd: {error}", err=True)
+        raise typer.Exit(1) from None
+
+
+def _set_verbosity(verbose: bool) -> None:
+    os.environ.setdefault(LOG_LEVEL_VARIABLE, "INFO" if verbose else "ERROR")
+
+
+def _say_ready(missing: list[str]) -> None:
+    for what in missing:
+        typer.echo(f"axisyncd: not there yet: {what}", err=True)
+    print("ready", flush=True)
+
+
+def main() -> None:
+    """Entry point."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Maps joints to drive counts and back; the only place where both units meet."""

@@ -1,0 +1,35 @@
+"""Axis positions to drive counts (INT32, wrapping) and back."""
+
+import numpy as np
+from axisync_schemas.cell import Axis
+from numpy.typing import NDArray
+
+INT32_SPAN = 2**32
+
+
+class CountMap:
+    """counts = round((position - offset) * counts_per_rad), for all axes of a cell at once."""
+
+    def __init__(self, axes: tuple[Axis, ...]) -> None:
+        self._scale = np.array([axis.drive.counts_per_rad for axis in axes])
+        self._offset = np.array([axis.drive.offset for axis in axes])
+
+    def to_counts(self, position: NDArray[np.float64]) -> NDArray[np.int64]:
+        """[n] rad -> [n] counts, before INT32 wraps."""
+        counts: NDArray[np.int64] = np.rint((position - self._offset) * self._scale).astype(np.int64)
+        return counts
+
+    def to_position(self, counts: NDArray[np.int64]) -> NDArray[np.float64]:
+        """[n] counts -> [n] rad."""
+        position: NDArray[np.float64] = counts / self._scale + self._offset
+        return position
+
+
+def wrap_int32(counts: int) -> int:
+    """Counts as the 32-bit object holds them."""
+    return (counts + 2**31) % INT32_SPAN - 2**31
+
+
+def unwrap_int32(raw: int, near: int) -> int:
+    """The count whose INT32 value is `raw` and which is nearest to `near`: no jump where the object wraps."""
+    return near + (raw - near + 2**31) % INT32_SPAN - 2**31

@@ -1,0 +1,227 @@
+"""The loop: wait for the tick, SYNC, read, decide, write, record. Every way out of it stops the drives."""
+
+import gc
+import logging
+import time
+from collections.abc import Callable
+
+from axisync_schemas.cell import Cell
+from axisync_schemas.enumerations import NmtState, Phase
+from axisync_schemas.events import EventKind
+from axisync_schemas.memory import Control, GroupWord, TimingRing, Word
+
+from axisync_service.bus.port import BusPort
+from axisync_service.canopen import sync
+from axisync_service.canopen.nmt import HEARTBEAT_BASE, NMT_ID, make_command, make_heartbeat
+from axisync_service.canopen.pdo import RPDO1_BASE, make_rpdo1
+from axisync_service.canopen.sdo import REQUEST_BASE
+from axisync_service.drives.cia402 import Controlword
+from axisync_service.drives.link import DriveLink
+from axisync_service.motion_controller.clock import GridClock, Tick
+from axisync_service.motion_controller.dispatch import dispatch_tables
+from axisync_service.motion_controller.groups import GroupMachine
+from axisync_service.motion_controller.reporter import Commander, Reporter, TickWriter
+from axisync_service.motion_controller.step import Core, Happening, Inputs
+
+STATUS_PERIOD_S = 0.05
+SDO_FRAMES_IDLE = 4
+"""SDO frames per bus and tick while no drive of the cell is enabled; one while any is."""
+GARBAGE_PERIOD_S = 1.0
+FAREWELL_ROUNDS = 3
+_log = logging.getLogger(__name__)
+
+
+class Cycle:
+    """Wires the pure core to buses, shared memory and sockets, and runs it tick by tick."""
+
+    def __init__(
+        self,
+        cell: Cell,
+        core: Core,
+        ports: list[BusPort],
+        clock: GridClock,
+        control: Control,
+        commander: Commander,
+        reporter: Reporter,
+        ticks: TickWriter,
+        timings: TimingRing,
+    ) -> None:
+        self.cell, self.core, self.ports, self.clock, self.control = cell, core, ports, clock, control
+        self._commander, self._reporter, self._ticks, self._timings = commander, reporter, ticks, timings
+        self._tables = dispatch_tables(cell, core.drives)
+        self._drives_of_bus = [
+            [(group, axis, drive) for group in core.groups for axis, drive in enumerate(group.drives)
+             if drive.axis.drive.bus == bus.name]
+            for bus in cell.buses
+        ]  # fmt: skip
+        self._heartbeat_ticks = max(1, round(cell.controller_heartbeat / cell.period))
+        self._status_ticks = max(1, round(STATUS_PERIOD_S / cell.period))
+        self._garbage_ticks = max(1, round(GARBAGE_PERIOD_S / cell.period))
+        self._sdo_turn = [0] * len(ports)
+        self._skipped_ticks = 0
+        self._bits = [0] * len(ports)
+        self._loads = [0.0] * len(ports)
+        self._front = False
+        self.phase = Phase.RUNNING
+
+    def run(self, phase_of: Callable[[], Phase]) -> None:
+        """Runs until the service stops and the drives are off. On an exception the drives are told to quick stop."""
+        self.clock.start()
+        try:
+            while not self.core.shut_down:
+                self.phase = phase_of()
+                self.tick(self.clock.wait())
+        except BaseException as error:
+            self._reporter.events(
+                [Happening(EventKind.CYCLE_FAILED, f"the cycle failed: {error!r}", None, "error")],
+                self.control[Word.CONTROLLER_TICK],
+                self.clock.source.now_ns(),
+            )
+            raise
+        finally:
+            self._farewell()
+            self.control[Word.CONTROLLER_DONE] = 1
+
+    def tick(self, tick: Tick) -> None:
+        """One executed tick, and the records of those skipped before it."""
+        now = time.monotonic_ns
+        counter = sync.FRAMES[sync.counter(tick.index)]
+        for port in self.ports:
+            port.send(sync.SYNC_ID, counter)
+        began = now()
+        for missed in range(tick.index - tick.skipped, tick.index):
+            self._skip(missed, tick)
+        self.core.begin_tick()
+        self._read(tick.start_ns)
+        commands = self._commander.poll()
+        read = now()
+        self.core.step(self._inputs(tick), commands)
+        decided = now()
+        self._write(tick)
+        written = now()
+        self._ticks.write(tick.index, tick.start_ns, tick.lateness_ns, False, self.core.current, self.core)
+        self.control[Word.CONTROLLER_TICK] = tick.index
+        self._report(tick)
+        self._timings.write(
+            tick.index, tick.lateness_ns, read - began, decided - read, written - decided, now() - written, tick.skipped
+        )
+        self.control[Word.CONTROLLER_NS] = time.monotonic_ns()
+        if tick.index % self._garbage_ticks == 0 and self.core.still:
+            gc.collect(1)
+
+    def _skip(self, index: int, tick: Tick) -> None:
+        self.core.begin_tick()
+        due = self.clock.due_ns(index)
+        self._ticks.write(index, due, tick.start_ns - due, True, self.core.current, self.core)
+        self.control[Word.CONTROLLER_TICK] = index
+        self.core.advance_skipped()
+        self._skipped_ticks += 1
+
+    # --- read ---------------------------------------------------------------------------------------------------
+
+    def _read(self, now_ns: int) -> None:
+        for position, (port, table) in enumerate(zip(self.ports, self._tables, strict=True)):
+            bits = 0
+            for can_id, data in port.drain():
+                bits += 47 + 8 * len(data)
+                handler = table.get(can_id)
+                if handler is not None:
+                    handler(data, now_ns)
+            self._bits[position] += bits
+
+    def _inputs(self, tick: Tick) -> Inputs:
+        control, groups = self.control, range(len(self.core.groups))
+        connected = self._commander.connected
+        if connected != self._front:
+            self._front = connected
+            kind = EventKind.FRONT_CONNECTED if connected else EventKind.FRONT_LOST
+            self.core.happenings.append(Happening(kind, kind.value.replace("_", " ")))
+        return Inputs(
+            tick=tick.index,
+            now_ns=tick.start_ns,
+            skipped=tick.skipped,
+            stop_counts=[control.group(group, GroupWord.STOP_COUNT) for group in groups],
+            lease_until_ns=[control.group(group, GroupWord.LEASE_UNTIL_NS) for group in groups],
+            lease_epochs=[control.group(group, GroupWord.LEASE_EPOCH) for group in groups],
+            front=connected,
+            leases_needed=self._commander.leases_needed,
+            stopping=self.phase is not Phase.RUNNING or self._commander.finished,
+        )
+
+    # --- write --------------------------------------------------------------------------------------------------
+
+    def _write(self, tick: Tick) -> None:
+        counts = self.core.upcoming.counts.tolist()
+        enabled = any(group.following for group in self.core.groups)
+        for position, port in enumerate(self.ports):
+            drives = self._drives_of_bus[position]
+            for group, axis, drive in drives:
+                if drive.bring_up.ready:
+                    controlword = group.controlword(axis, tick.index)
+                    rpdo = make_rpdo1(controlword, counts[group.first + axis])
+                    port.send(RPDO1_BASE + drive.axis.drive.node_id, rpdo)
+            self._write_rest(position, port, drives, tick, 1 if enabled else SDO_FRAMES_IDLE)
+
+    def _write_rest(
+        self, position: int, port: BusPort, drives: list[tuple[GroupMachine, int, DriveLink]], tick: Tick, sdo: int
+    ) -> None:
+        """Heartbeat, NMT and, last, SDO."""
+        if tick.index % self._heartbeat_ticks == 0:
+            port.send(HEARTBEAT_BASE + self.cell.controller_node_id, make_heartbeat(NmtState.OPERATIONAL))
+        for _, _, drive in drives:
+            command = drive.bring_up.command
+            if command is not None:
+                drive.bring_up.command = None
+                port.send(NMT_ID, make_command(command, drive.axis.drive.node_id))
+        turn = self._sdo_turn[position]
+        for offset in range(len(drives)):
+            if sdo == 0:
+                break
+            drive = drives[(turn + offset) % len(drives)][2]
+            frame = drive.bring_up.sdo.poll(tick.start_ns)
+            if frame is not None:
+                sdo -= 1
+                self._sdo_turn[position] = (turn + offset + 1) % len(drives)
+                port.send(REQUEST_BASE + drive.axis.drive.node_id, frame)
+
+    # --- report -------------------------------------------------------------------------------------------------
+
+    def _report(self, tick: Tick) -> None:
+        core = self.core
+        if tick.skipped:
+            text = f"{tick.skipped} ticks skipped before tick {tick.index}, woke {tick.lateness_ns / 1e6:.3f} ms late"
+            core.happenings.append(Happening(EventKind.TICKS_SKIPPED, text, None, "warning", {"skipped": tick.skipped}))
+        if core.replies:
+            for ref, error in core.replies:
+                self._reporter.reply(ref, tick.index, error)
+            core.replies.clear()
+        if core.happenings:
+            self._reporter.events(core.happenings, tick.index, tick.start_ns)
+        if core.changed or tick.index % self._status_ticks == 0:
+            self._reporter.status(core, self.ports, self._loads, tick.index, tick.start_ns, self._skipped_ticks)
+        if tick.index % self._garbage_ticks == 0:
+            self._measure_loads()
+
+    def _measure_loads(self) -> None:
+        """Share of a second's bits: frames heard and sent, without stuffing."""
+        ticks = self._garbage_ticks
+        for position, port in enumerate(self.ports):
+            drives = len(self._drives_of_bus[position])
+            sent = ticks * (55 + 95 * drives)
+            self._loads[position] = (self._bits[position] + sent) / (port.bus.bitrate * ticks * self.cell.period)
+            self._bits[position] = 0
+
+    # --- end ----------------------------------------------------------------------------------------------------
+
+    def _farewell(self) -> None:
+        """Whatever happened: no drive keeps torque because of us. A drive that is off already ignores it."""
+        targets = self.core.current.counts.tolist()
+        for _ in range(FAREWELL_ROUNDS):
+            for position, port in enumerate(self.ports):
+                for group, axis, drive in self._drives_of_bus[position]:
+                    if drive.bring_up.ready and group.following:
+                        rpdo = make_rpdo1(Controlword.QUICK_STOP, targets[group.first + axis])
+                        port.send(RPDO1_BASE + drive.axis.drive.node_id, rpdo)
+            tick = self.clock.wait()
+            for port in self.ports:
+                port.send(sync.SYNC_ID, sync.FRAMES[sync.counter(tick.index)])

@@ -1,0 +1,34 @@
+"""What makes a Python process keep time where it may: SCHED_FIFO, locked memory, no garbage collection."""
+
+import ctypes
+import gc
+import os
+
+PRIORITY = 80
+_MCL_CURRENT, _MCL_FUTURE = 1, 2
+
+
+def enter() -> str | None:
+    """Takes real-time scheduling and locks memory. Returns one sentence that names what is missing, or None.
+
+    Call when every thread of the process is started: threads inherit SCHED_FIFO.
+    """
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    missing = [what for what in (_schedule(), _lock_memory()) if what]
+    return " and ".join(missing) if missing else None
+
+
+def _schedule() -> str | None:
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    except PermissionError:
+        return "SCHED_FIFO (needs CAP_SYS_NICE or an rtprio limit of 80: see deploy/realtime.md)"
+    return None
+
+
+def _lock_memory() -> str | None:
+    if ctypes.CDLL(None, use_errno=True).mlockall(_MCL_CURRENT | _MCL_FUTURE) != 0:
+        return "locked memory (needs CAP_IPC_LOCK or an unlimited memlock limit: see deploy/realtime.md)"
+    return None

@@ -1,0 +1,162 @@
+"""Tells front and the recorder what the cycle decided: replies, events, status, tick records. Never waits."""
+
+import datetime
+import socket
+import time
+from typing import Protocol
+
+from axisync_schemas.errors import ErrorBody
+from axisync_schemas.internal import (
+    BeginCommand,
+    BusStatus,
+    ControllerEvent,
+    ControllerReply,
+    ControllerStatus,
+    DriveStatus,
+    GroupCommand,
+    GroupStatus,
+    LogEntry,
+)  # fmt: skip
+from axisync_schemas.memory import Mailbox
+from axisync_schemas.replies import Event
+from axisync_schemas.tick_ring import TickRing
+from axisync_schemas.topics import LOG_EVENTS
+
+from axisync_service.bus.port import BusPort
+from axisync_service.canopen.emcy import describe
+from axisync_service.motion_controller.step import Core, Happening, Setpoints
+
+EVENTS_PER_TICK = 24
+"""More than this in one tick are counted, not sent."""
+
+
+class Commander(Protocol):
+    """Whoever commands: front over its socket, or a plan file."""
+
+    leases_needed: bool
+
+    @property
+    def connected(self) -> bool: ...
+    @property
+    def finished(self) -> bool: ...
+    def poll(self) -> list[GroupCommand | BeginCommand]: ...
+    def send(self, packet: bytes) -> None: ...
+    def close(self) -> None: ...
+
+
+class Reporter:
+    """The controller's voice."""
+
+    def __init__(self, commander: Commander, log: socket.socket | None, status: Mailbox) -> None:
+        self._commander = commander
+        self._log = log
+        self._status = status
+        self.events_lost = 0
+
+    def reply(self, ref: int, tick: int, error: ErrorBody | None) -> None:
+        """Answers a command."""
+        self._commander.send(ControllerReply(ref=ref, tick=tick, error=error).model_dump_json().encode())
+
+    def events(self, happenings: list[Happening], tick: int, now_ns: int) -> None:
+        """Sends events to front and to the log; takes them off the list."""
+        self.events_lost += max(0, len(happenings) - EVENTS_PER_TICK)
+        for happening in happenings[:EVENTS_PER_TICK]:
+            self._event(happening, tick, now_ns)
+        happenings.clear()
+
+    def _event(self, happening: Happening, tick: int, now_ns: int) -> None:
+        wall = datetime.datetime.now(datetime.UTC)
+        event = Event.model_construct(
+            seq=0,
+            source="controller",
+            kind=happening.kind.value,
+            now_s=now_ns * 1e-9,
+            wall_time=wall.isoformat(timespec="microseconds"),
+            message=happening.message,
+            tick=tick,
+            group=happening.group,
+            severity=happening.severity,
+            details=happening.details,
+        )
+        self._commander.send(ControllerEvent.model_construct(event=event).model_dump_json().encode())
+        self._log_entry(LogEntry(topic=LOG_EVENTS, log_time_ns=time.time_ns(), data=event.model_dump(mode="json")))
+
+    def _log_entry(self, entry: LogEntry) -> None:
+        if self._log is None:
+            return
+        try:
+            self._log.send(entry.model_dump_json().encode(), socket.MSG_DONTWAIT)
+        except OSError:
+            self.events_lost += 1
+
+    def status(
+        self, core: Core, ports: list[BusPort], loads: list[float], tick: int, now_ns: int, skipped: int
+    ) -> None:
+        """Rewrites the status mailbox."""
+        status = ControllerStatus(
+            tick=tick,
+            now_ns=now_ns,
+            groups=tuple(
+                GroupStatus(
+                    state=int(group.state),
+                    plan_id=group.motion.plan_id if group.motion else 0,
+                    slot=group.motion.slot if group.motion else -1,
+                    reason=group.fault or group.reason,
+                    ready=group.ready,
+                )
+                for group in core.groups
+            ),
+            drives=tuple(
+                DriveStatus(
+                    state=int(drive.state),
+                    nmt=int(drive.nmt),
+                    statusword=drive.statusword,
+                    error_code=drive.emergency.code if drive.emergency else 0,
+                    error=drive.bring_up.failure or (describe(drive.emergency.code) if drive.emergency else None),
+                )
+                for drive in core.drives
+            ),
+            buses=tuple(
+                BusStatus(
+                    state="up" if port.failure is None else f"down: {port.failure}",
+                    load=load,
+                    sent=port.sent,
+                    received=port.received,
+                    lost=port.lost,
+                )
+                for port, load in zip(ports, loads, strict=True)
+            ),
+            skipped_ticks=skipped,
+        )
+        self._status.write(status.model_dump_json().encode())
+
+
+class TickWriter:
+    """Fills the one record and puts it into the ring; fields are views, so nothing is allocated."""
+
+    def __init__(self, ring: TickRing) -> None:
+        self._ring = ring
+        self._record = ring.layout.new()
+        self._field = {name: self._record[name] for name in ring.layout.fields}
+
+    def write(
+        self, tick: int, start_ns: int, lateness_ns: int, skipped: bool, setpoints: Setpoints, core: Core
+    ) -> None:
+        """The record of tick `tick`: `setpoints` are those in force at its instant."""
+        field = self._field
+        field["tick"][...] = tick
+        field["cycle_start_ns"][...] = start_ns
+        field["lateness_ns"][...] = lateness_ns
+        field["skipped"][...] = skipped
+        field["position"][:] = setpoints.position
+        field["velocity"][:] = setpoints.velocity
+        field["acceleration"][:] = setpoints.acceleration
+        field["jerk"][:] = setpoints.jerk
+        field["target_counts"][:] = setpoints.counts
+        field["position_actual"][:] = core.actual_position
+        field["statusword"][:] = core.statuswords
+        field["plan_id"][:] = setpoints.plan_id
+        field["path_s"][:] = setpoints.path_s
+        field["path_rate"][:] = setpoints.path_rate
+        field["group_state"][:] = setpoints.group_state
+        self._ring.write(tick, self._record)

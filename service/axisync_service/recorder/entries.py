@@ -1,0 +1,108 @@
+"""Log entries of the other processes: packets on the `log_*` sockets, turned into the bytes of log messages."""
+
+import json
+import mmap
+import socket
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from axisync_schemas.internal import MAX_PACKET, LogEntry
+from axisync_schemas.plan_slots import Plan, PlanError, read_plan
+from axisync_schemas.topics import LOG_PLANS
+from pydantic import ValidationError
+
+from axisync_service.recorder.log_file import JSON_TOPICS
+
+PACKETS_AT_ONCE = 256
+"""From one socket in one call, so that a flood does not keep the recorder from the ring."""
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """A JSON message for the log; `group` is that of a plan."""
+
+    topic: str
+    log_time_ns: int
+    payload: bytes
+    group: str | None = None
+
+
+@dataclass(slots=True)
+class Received:
+    """What one round over the sockets brought; `problems` are sentences for the service's own log."""
+
+    messages: list[Message] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+    more: bool = False
+
+
+def plan_fields(plan: Plan) -> dict[str, Any]:
+    """A plan's part of `PlanLog`; Python writes floats in the shortest form that reads back exactly."""
+    return {
+        "axes": plan.axes.tolist(),
+        "knots": plan.knots.tolist(),
+        "coefficients": plan.coefficients.tolist(),
+        "start": plan.start.tolist(),
+        "end": plan.end.tolist(),
+        "stop_s": plan.stop_s.tolist(),
+        "stop_duration": plan.stop_duration.tolist(),
+    }
+
+
+class Entries:
+    """Reads packets without waiting, and plans from their slots before these can be used again."""
+
+    def __init__(self, sockets: Sequence[socket.socket], plans: mmap.mmap | bytearray) -> None:
+        self._sockets = list(sockets)
+        self._plans = plans
+        for one in self._sockets:
+            one.setblocking(False)
+
+    def receive(self) -> Received:
+        """Whatever has come."""
+        received = Received()
+        for one in list(self._sockets):
+            for _ in range(PACKETS_AT_ONCE):
+                packet = self._packet(one)
+                if packet is None:
+                    break
+                self._take(packet, received)
+            else:
+                received.more = True
+        return received
+
+    def _packet(self, one: socket.socket) -> bytes | None:
+        try:
+            packet, _, flags, _ = one.recvmsg(MAX_PACKET)
+        except BlockingIOError:
+            return None
+        except OSError:
+            packet, flags = b"", 0
+        if not packet:  # The other end is closed for good: the supervisor holds both as long as it lives.
+            self._sockets.remove(one)
+            return None
+        return packet + b"..." if flags & socket.MSG_TRUNC else packet
+
+    def _take(self, packet: bytes, received: Received) -> None:
+        try:
+            entry = LogEntry.model_validate_json(packet)
+            if entry.topic not in JSON_TOPICS:
+                raise ValueError(f"no such topic: {entry.topic!r}")
+            data = self._with_plan(entry, received)
+            payload = json.dumps(data, allow_nan=False, separators=(",", ":")).encode()
+            group = str(data.get("group")) if entry.topic == LOG_PLANS else None
+            received.messages.append(Message(entry.topic, entry.log_time_ns, payload, group))
+        except ValidationError as error:
+            received.problems.append(f"entry refused: {error.errors()[0]['msg']}")
+        except ValueError as error:
+            received.problems.append(f"entry refused: {error}")
+
+    def _with_plan(self, entry: LogEntry, received: Received) -> dict[str, Any]:
+        if entry.slot is None or entry.plan_id is None:
+            return entry.data
+        try:
+            return {**entry.data, **plan_fields(read_plan(self._plans, entry.slot, entry.plan_id))}
+        except PlanError as error:
+            received.problems.append(str(error))
+            return {**entry.data, "missing": str(error)}

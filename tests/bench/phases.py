@@ -1,0 +1,90 @@
+"""What the bench has the service do, as a client: swing both arms, start moves, stop moves."""
+
+import random
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from axisync_client import Client, Lease, Move, Refused, deg
+from axisync_schemas.enumerations import MoveStatus
+from axisync_schemas.errors import ErrorCode
+
+SWING_DEG, SHORT_DEG = 15.0, 0.5
+LEASE_S = 120.0
+"""How long the demo's own program may hold the lease."""
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call of the client, on the monotonic clock, and the move that it is about."""
+
+    move_id: str
+    called_ns: int
+    answered_ns: int
+
+
+def acquire(client: Client, group: str) -> Lease:
+    """The lease, as soon as the demo's program has given it back.
+
+    Raises:
+        Refused: it is still held after LEASE_S.
+    """
+    end = time.monotonic() + LEASE_S
+    while True:
+        try:
+            return client.lease(group)
+        except Refused as refusal:
+            if refusal.code != ErrorCode.LEASE_HELD or time.monotonic() > end:
+                raise
+        time.sleep(0.5)
+
+
+class Arms:
+    """A compound group that moves to and fro around where it was found."""
+
+    def __init__(self, client: Client, lease: Lease, group: str) -> None:
+        self._client, self._lease, self._group = client, lease, group
+        self._axes = len(client.config().axis_indices(group))
+        self._sign = 1
+
+    def start(self, degrees: float) -> Move:
+        """A relative move of every axis, each time in the other direction."""
+        target = np.full(self._axes, self._sign * deg(degrees)[0])
+        move = self._lease.move_joint(target, group=self._group, relative=True)
+        self._sign = -self._sign
+        return move
+
+    def swing(self, seconds: float, meanwhile: Callable[[], None]) -> tuple[int, int]:
+        """Keeps all axes moving for so long; returns begin and end, monotonic ns."""
+        begin = time.monotonic_ns()
+        while time.monotonic_ns() < begin + seconds * 1e9:
+            self.start(SWING_DEG).result()
+            meanwhile()
+        return begin, time.monotonic_ns()
+
+    def requests(self, count: int) -> list[Call]:
+        """Starts and finishes short moves, one at a time."""
+        calls = []
+        for _ in range(count):
+            called = time.monotonic_ns()
+            move = self.start(SHORT_DEG)
+            calls.append(Call(move.id, called, time.monotonic_ns()))
+            move.result()
+        return calls
+
+    def stops(self, count: int, seed: int = 1) -> list[Call]:
+        """Stops moves in the middle, at instants that are spread over a cycle and over the move."""
+        random_share = random.Random(seed)
+        calls = []
+        for _ in range(count):
+            move = self.start(SWING_DEG)
+            time.sleep(random_share.uniform(0.2, 0.7) * move.reply.duration_s)
+            called = time.monotonic_ns()
+            self._client.stop(self._group)
+            calls.append(Call(move.id, called, time.monotonic_ns()))
+            report = move.wait()
+            if report.status is not MoveStatus.STOPPED:
+                raise RuntimeError(f"move {move.id} is {report.status} after a stop")
+        return calls
