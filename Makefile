@@ -37,7 +37,8 @@ lint: $(DEV) $(EDITABLE)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy deploy/uml/*.py deploy/locks/*.py
-	$(BIN)/mypy tests/bench/*.py
+	MYPYPATH=tests $(BIN)/mypy tests/bench/*.py
+	$(BIN)/mypy tests/vcan/*.py
 	$(BIN)/lint-imports
 	$(BIN)/python deploy/locks/write.py --check
 

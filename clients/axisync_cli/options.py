@@ -25,12 +25,12 @@ def _target(text: str) -> Target:
     return Target(quantities.joint_target(text))
 
 
-def _in_words(parse: Callable[[str], T]) -> Callable[[str], T]:
-    """The same parser with its sentence as a usage error."""
+def _in_words(parse: Callable[[str], T]) -> Callable[[str | T], T]:
+    """The same parser with its sentence as a usage error; typer sends defaults through it, too."""
 
-    def parser(text: str) -> T:
+    def parser(text: str | T) -> T:
         try:
-            return parse(text)
+            return parse(text) if isinstance(text, str) else text
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
 

@@ -1,6 +1,6 @@
 """MASA for many moves at once: the maps of time_optimal.py and inverse.py on arrays."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 from .checks import DURATION_MAX, DURATION_TOLERANCE, check_batch, check_duration
 from .errors import InfeasibleDuration
 from .inverse import SIN_MAX, Minimise, shape_map
-from .s_curve import SERIES_ORDER, SERIES_SIGNS, Array, Pulse, mean_jerk
+from .s_curve import SERIES_ORDER, Array, Pulse, mean_jerk
 
-CHUNK = 1024  # moves worked on at a time: the intermediate arrays stay in the cache
+CHUNK = 2048  # moves worked on at a time: the intermediate arrays stay in the cache
 
 ArrayMap = Callable[[Array, Array, Array, Array, Array], tuple[Array, Array, Array]]
 
@@ -37,17 +37,25 @@ def synchronise_batch(
     # Axes first: then all that differs between the axes is constant along the inner loops.
     limits = v[:, np.newaxis], a[:, np.newaxis], mean[:, np.newaxis]
     requested = None if duration is None else _requested(duration, m)
-    series, inputs, times = np.empty((m, n, 7)), np.empty((m, n, 7)), np.empty(m)
+    series, inputs, times = np.empty((m, n, 7)), np.zeros((m, n, 7)), np.empty(m)
     for first in range(0, m, CHUNK):
         part = slice(first, first + CHUNK)
         wanted = None if requested is None else requested[part]
         signed = np.ascontiguousarray(d[part].T)
         shape, times[part] = _moves(np.abs(signed), *limits, ARRAY_MAPS[minimise], wanted)
         peak = np.sign(signed) * shape[3] * (1.5 if pulse == "parabolic" else 1.0)  # (14)
-        for k, source in enumerate(SERIES_ORDER):
-            series[part, :, k] = shape[source].T
-            np.multiply(peak.T, SERIES_SIGNS[k], out=inputs[part, :, k])
+        _write(series[part], inputs[part], shape, peak)
     return series, inputs, times
+
+
+def _write(series: Array, inputs: Array, shape: Sequence[Array], peak: Array) -> None:
+    """Fill T and U [c, n, 7] from [n, c], one axis's segment at a time: long copies instead of many short ones."""
+    negative = -peak
+    for axis in range(peak.shape[0]):
+        for k, source in enumerate(SERIES_ORDER):
+            series[:, axis, k] = shape[source][axis]
+        inputs[:, axis, 0] = inputs[:, axis, 6] = peak[axis]
+        inputs[:, axis, 2] = inputs[:, axis, 4] = negative[axis]
 
 
 def _requested(duration: ArrayLike, m: int) -> Array:

@@ -43,11 +43,12 @@ def check_duration(duration: float, axis: int | None = None) -> None:
 
 def floats(name: str, values: Sequence[float] | NDArray[np.float64], count: int | None = None) -> list[float]:
     """A vector as plain floats; ValueError if it is no vector or not of `count` elements."""
-    array = np.asarray(values, dtype=np.float64)
-    if array.ndim != 1 or count not in (None, array.size):
-        expected = "a vector" if count is None else f"{count} values"
-        raise ValueError(f"{name}: expected {expected}, got shape {array.shape}")
-    result: list[float] = array.tolist()
+    try:
+        result = [float(x) for x in (values.tolist() if isinstance(values, np.ndarray) else values)]
+    except TypeError:
+        raise ValueError(f"{name}: expected a vector, got shape {np.shape(values)}") from None
+    if count is not None and len(result) != count:
+        raise ValueError(f"{name}: expected {count} values, got {len(result)}")
     return result
 
 

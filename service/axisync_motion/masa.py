@@ -10,8 +10,6 @@ from .checks import DURATION_TOLERANCE, check_axis, check_duration, floats
 from .errors import InfeasibleDuration
 from .inverse import Minimise, ShapeMap, shape_map
 from .s_curve import (
-    SERIES_ORDER,
-    SERIES_SIGNS,
     Array,
     Curve,
     Profile,
@@ -20,6 +18,7 @@ from .s_curve import (
     capped_acceleration,
     mean_jerk,
     sample_curves,
+    signed_peak,
 )
 from .time_optimal import optimal_shape, shortest
 
@@ -97,12 +96,11 @@ def synchronise(
 def _axes(d: list[float], v: list[float], a: list[float], j: list[float], pulse: Pulse) -> list[Axis]:
     if not d:
         raise ValueError("distances: at least one axis is needed")
-    axes = []
-    for i, (di, vi, ai, ji) in enumerate(zip(d, v, a, j, strict=True)):
-        check_axis(di, vi, ai, ji, i)
-        mean = mean_jerk(ji, pulse)
-        axes.append((abs(di), vi, capped_acceleration(vi, ai, mean), mean))
-    return axes
+    for i, axis in enumerate(zip(d, v, a, j, strict=True)):
+        check_axis(*axis, i)
+    mean = [mean_jerk(ji, pulse) for ji in j]
+    capped = map(capped_acceleration, v, a, mean)
+    return list(zip(map(abs, d), v, capped, mean, strict=True))
 
 
 def _common_duration(minimum: list[float], requested: float | None) -> float:
@@ -126,9 +124,8 @@ def _shape(inverse: ShapeMap, t: float, own: float, axis: Axis) -> Shape:
 def _sync_profile(
     shapes: list[Shape], d: list[float], duration: float, minimum: list[float], pulse: Pulse
 ) -> SyncProfile:
-    table = np.array(shapes)
-    distances = np.array(d)
-    peak = table[:, 3] * (1.5 if pulse == "parabolic" else 1.0) * np.sign(distances)  # (14)
+    series = np.array([(tj, ta, tj, tv, tj, ta, tj) for tj, ta, tv, _ in shapes])
+    peak = [signed_peak(shape[3], di, pulse) for shape, di in zip(shapes, d, strict=True)]
+    inputs = np.array([(j, 0.0, -j, 0.0, -j, 0.0, j) for j in peak])
     limiting = minimum.index(max(minimum))
-    series, inputs = table[:, SERIES_ORDER], peak[:, np.newaxis] * SERIES_SIGNS
-    return SyncProfile(series, inputs, duration, distances, np.array(minimum), limiting, pulse)
+    return SyncProfile(series, inputs, duration, np.array(d), np.array(minimum), limiting, pulse)

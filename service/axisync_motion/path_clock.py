@@ -7,9 +7,7 @@ A stop of duration D takes r from 1 to 0 by 1 - 3x^2 + 2x^3, x = t/D, over D/2 o
 from .s_curve import Array
 
 
-def derivatives(
-    q1: Array, q2: Array, q3: Array, rate: float, rate1: float, rate2: float
-) -> tuple[Array, Array, Array]:
+def derivatives(q1: Array, q2: Array, q3: Array, rate: float, rate1: float, rate2: float) -> tuple[Array, Array, Array]:
     """Velocity, acceleration, jerk [n] by time from the derivatives by s and the rate with its first two by time."""
     v = q1 * rate
     a = q2 * (rate * rate) + q1 * rate1

@@ -12,7 +12,7 @@ State = tuple[float, float, float, float]
 
 def sample_count(duration: float, period: float) -> int:
     """n of eq. (12): periods until the end, rounded up (but not for a remainder that is only rounding)."""
-    if not (0.0 < period and isfinite(period)):
+    if not (period > 0.0 and isfinite(period)):
         raise ValueError(f"period = {period!r}: must be positive and finite")
     return ceil(duration / period * (1.0 - 1e-15))
 

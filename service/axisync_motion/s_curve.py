@@ -20,7 +20,6 @@ Series = tuple[float, float, float, float, float, float, float]
 X = TypeVar("X", float, Array)
 
 SERIES_ORDER = [0, 1, 0, 2, 0, 1, 0]  # T from (tj, ta, tv)
-SERIES_SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])  # U from j
 
 
 def mean_jerk(j: X, pulse: Pulse) -> X:
@@ -34,7 +33,8 @@ def mean_jerk(j: X, pulse: Pulse) -> X:
 
 def capped_acceleration(v: float, a: float, j: float) -> float:
     """Eq. (23): the acceleration that jerk j can reach and leave again on the way to v. Must come first."""
-    return min(a, sqrt(v * j))
+    cap = sqrt(v * j)
+    return cap if cap < a else a
 
 
 class Curve(NamedTuple, Generic[X]):
@@ -82,9 +82,7 @@ class Profile:
     def sample(self, t: float) -> tuple[float, float, float, float]: ...
     @overload
     def sample(self, t: Array) -> tuple[Array, Array, Array, Array]: ...
-    def sample(
-        self, t: float | Array
-    ) -> tuple[float, float, float, float] | tuple[Array, Array, Array, Array]:
+    def sample(self, t: float | Array) -> tuple[float, float, float, float] | tuple[Array, Array, Array, Array]:
         """Position, velocity, acceleration and jerk at time t (a float, or an array of any shape).
 
         Exact polynomials, eq. (9) as corrected; before 0 and from `duration` on exactly at rest at the ends.
@@ -105,15 +103,18 @@ class Profile:
         return (self.distance - s, v, -a, j) if mirrored else (s, v, a, j)
 
 
-def make_profile(shape: Shape, distance: float, duration: float, pulse: Pulse) -> Profile:
-    """A profile from a map's result; jerk 0 if nothing is to move, as (85) and (14) with sign(0) = 0."""
-    tj, ta, tv, j = shape
+def signed_peak(mean: float, distance: float, pulse: Pulse) -> float:
+    """Peak jerk of a pulse of this mean, with the sign of the distance: (14), and 0 for no distance, as (85)."""
     if distance == 0.0:
-        j = 0.0
-    elif distance < 0.0:
-        j = -j
-    if pulse == "parabolic":
-        j *= 1.5
+        return 0.0
+    peak = mean if pulse == "constant" else 1.5 * mean
+    return peak if distance > 0.0 else -peak
+
+
+def make_profile(shape: Shape, distance: float, duration: float, pulse: Pulse) -> Profile:
+    """A profile from a map's result."""
+    tj, ta, tv, mean = shape
+    j = signed_peak(mean, distance, pulse)
     return Profile((tj, ta, tj, tv, tj, ta, tj), (j, 0.0, -j, 0.0, -j, 0.0, j), duration, distance, pulse)
 
 

@@ -8,6 +8,7 @@ anywhere in the cell can then be on. A duration found this way holds for every b
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -101,7 +102,7 @@ def _ranges(term: Polynomial, edges: Array) -> Array:
     roots = term.deriv().roots()
     turns = roots.real[np.abs(roots.imag) < 1e-9]
     out = np.empty((2, edges.size - 1))
-    for i, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for i, (low, high) in enumerate(pairwise(edges.tolist())):
         inside = turns[(turns > low) & (turns < high)]
         values = term(np.concatenate([[low, high], inside]))
         out[:, i] = values.min(), values.max()
@@ -136,7 +137,8 @@ def _load(bounds: PathBounds, low: Array, high: Array, d: Array, a: Array, j: Ar
     slowing_j = (3.0 * _most(n2, bins["rp"]) + bend / d) / d
     share_a = (slowing_a / room_a).max(axis=(1, 2))
     share_j = (slowing_j / room_j).max(axis=(1, 2))
-    return np.maximum(share_a, np.sqrt(np.maximum(share_j, 0.0)))
+    share: Array = np.maximum(share_a, np.sqrt(np.maximum(share_j, 0.0)))
+    return share
 
 
 def _negated(bound: Array) -> Array:
@@ -147,8 +149,8 @@ def _negated(bound: Array) -> Array:
 
 def _loads(bounds: PathBounds, low: Array, high: Array, d: Array, a: Array, j: Array) -> Array:
     """As `_load`, a few cells at a time: twice as fast while the intermediate arrays stay in the cache."""
-    parts = range(0, d.size, CHUNK)
-    return np.concatenate([_load(bounds, *(x[p : p + CHUNK] for x in (low, high, d)), a, j) for p in parts])
+    cells = [slice(p, p + CHUNK) for p in range(0, d.size, CHUNK)]
+    return np.concatenate([_load(bounds, low[c], high[c], d[c], a, j) for c in cells])
 
 
 def _search(bounds: PathBounds, edges: Array, a: Array, j: Array) -> Array:
@@ -172,7 +174,9 @@ def _search(bounds: PathBounds, edges: Array, a: Array, j: Array) -> Array:
 
 
 def _guess(bounds: PathBounds, low: Array, high: Array, a: Array, j: Array) -> Array:
-    """What the beginning of a stop needs, had the path no more acceleration and jerk to come than at its beginning."""
+    """What a stop needs at its beginning; more, where the path goes on to accelerate or jerk harder."""
     q1, q2, q3 = bounds.over(low, high)
     n1 = _negated(q1)
-    return np.maximum(1.5 * n1 / (a - q2), np.sqrt(np.maximum(6.0 * n1 / (j - q3), 0.0))).max(axis=1)
+    needs = np.maximum(1.5 * n1 / (a - q2), np.sqrt(np.maximum(6.0 * n1 / (j - q3), 0.0)))
+    worst: Array = needs.max(axis=1)
+    return worst

@@ -6,9 +6,7 @@ from .checks import check_axis, check_duration
 from .s_curve import Profile, Pulse, Shape, capped_acceleration, make_profile, mean_jerk
 
 
-def time_optimal(
-    distance: float, v_max: float, a_max: float, j_max: float, *, pulse: Pulse = "constant"
-) -> Profile:
+def time_optimal(distance: float, v_max: float, a_max: float, j_max: float, *, pulse: Pulse = "constant") -> Profile:
     """F, eq. (33): the fastest rest-to-rest motion over a signed distance, in any consistent units.
 
     Raises InvalidLimits for a limit that is not positive and finite, or a distance that is not finite.
@@ -20,9 +18,7 @@ def time_optimal(
     return make_profile(optimal_shape(t, d, v_max, a, j), distance, t, pulse)
 
 
-def duration(
-    distance: float, v_max: float, a_max: float, j_max: float, *, pulse: Pulse = "constant"
-) -> float:
+def duration(distance: float, v_max: float, a_max: float, j_max: float, *, pulse: Pulse = "constant") -> float:
     """f, eq. (36) corrected: the shortest duration of a rest-to-rest motion over a signed distance.
 
     Raises InvalidLimits as time_optimal.

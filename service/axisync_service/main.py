@@ -48,7 +48,7 @@ def demo(
     listen: Listen = DEFAULT_LISTEN,
     dashboard: Annotated[bool, typer.Option(help="Also serve the web page, where it is installed.")] = True,
     program: Annotated[bool, typer.Option(help="Play the program.")] = True,
-    cell_file: Annotated[Path, typer.Option("--cell", help="Another cell than the paper's robot.")] = CELLS
+    cell_file: Annotated[Path, typer.Option("--cell", help="Another cell file.")] = CELLS
     / "eod.toml",
     candump: Annotated[Path | None, typer.Option(help="Write each bus's frames to BUS.log in this directory.")] = None,
     verbose: Verbose = False,
@@ -84,7 +84,7 @@ def _demo(
 
     supervisor.on_ready, supervisor.each_poll = on_ready, each_poll
     try:
-        emulators.start(cell_file, cell, simcan, ("--candump", str(candump)) if candump else ())
+        emulators.start(cell_file, cell, simcan, candump)
         return supervisor.run()
     except EmulatorFailed as error:
         typer.echo(f"axisyncd: {error}", err=True)

@@ -1,48 +1,67 @@
 """How well this machine runs axisync: `make bench`, or `python tests/bench [--seconds S] [--only NAME]...`.
 
-Starts the demo without its dashboard and, as a client, swings both arms, starts moves and stops moves. Lateness and setpoints
-are read from the log, times by stage from the controller's shared memory.
+Starts the demo without its dashboard and, as a client, swings both arms, starts moves and stops moves. Lateness and
+setpoints are read from the log, times by stage from the controller's shared memory.
 """
 
 import argparse
 import json
-import os
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).parents[1]))  # for tests/support
+
 import machine
-from daemon import Daemon, DaemonError
-from phases import Arms, Call, acquire
-from processes import Sampler, find
-from reference import Reference, Scheduling
+from axisync_client import AxisyncError
+from bench import BENCHES, Bench
+from daemon import DaemonError
 from report import Report
-from stages import StageReader
-
-import log as logs
-from axisync_client import AxisyncError, Client
-from axisync_schemas.cell import Cell
-from percentiles import Distribution
-
-BENCHES = ("lateness", "stages", "requests", "stops", "processes")
-GROUP = "both"
-ALONE_S = 10.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     options = _options(arguments)
-    wanted = options.only or list(BENCHES)
     report = Report()
     here = machine.describe()
     report.data["machine"] = here.as_json()
     report.say(here.sentence())
     try:
         with tempfile.TemporaryDirectory(prefix="axisync-bench-") as directory:
-            Bench(Path(directory), report, wanted, options).run()
+            bench = Bench(report, frozenset(options.only or BENCHES), options.seconds, options.moves)
+            bench.run(Path(directory))
     except (DaemonError, AxisyncError, RuntimeError, LookupError, ValueError) as error:
         print(f"bench: {error}", file=sys.stderr)
         return 1
     if options.json:
         options.json.write_text(json.dumps(report.data, indent=2) + "\n")
     return 0
+
+
+def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="bench", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seconds", type=_seconds, default=60.0, help="how long the arms swing, by default 60")
+    parser.add_argument("--moves", type=_count, default=50, help="moves started and moves stopped, by default 50 each")
+    parser.add_argument("--only", action="append", choices=BENCHES, help="may be given several times")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers there")
+    return parser.parse_args(arguments)
+
+
+def _seconds(text: str) -> float:
+    seconds = float(text)
+    if not 1.0 <= seconds <= 86400.0:
+        raise argparse.ArgumentTypeError("must be 1 to 86,400")
+    return seconds
+
+
+def _count(text: str) -> int:
+    count = int(text)
+    if not 1 <= count <= 100_000:
+        raise argparse.ArgumentTypeError("must be 1 to 100,000")
+    return count
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -29,7 +29,16 @@ class Daemon:
         self.lines: list[str] = []
         self._ready = threading.Event()
         self._process = subprocess.Popen(
-            [*_program(), "demo", "--no-dashboard", "--log-dir", str(directory), "--listen", self.endpoint],
+            [
+                *_program(),
+                "demo",
+                "--no-dashboard",
+                "--no-program",
+                "--log-dir",
+                str(directory),
+                "--listen",
+                self.endpoint,
+            ],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

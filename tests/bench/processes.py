@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import psutil  # type: ignore[import-untyped]
 
-_MODULE = re.compile(r"axisync_(?:service|emulator)(?:\.(\w+))?\Z")
+_MODULE = re.compile(r"axisync_(?:service|emulator)\.(\w+)\Z")
 _PROGRAM = re.compile(r"(?:.*/)?(axisyncd|axisync-emulator)\Z")
-_NAMES = {"recorder_process": "recorder", "planner_worker": "planner"}
+_NAMES = {"main": "supervisor", "recorder_process": "recorder", "planner_worker": "planner"}
 
 
 def label(command: list[str]) -> str:
@@ -19,8 +19,7 @@ def label(command: list[str]) -> str:
         if module := _MODULE.match(argument):
             if argument.startswith("axisync_emulator"):
                 return "emulator"
-            name = module[1] or "supervisor"
-            return _NAMES.get(name, name)
+            return _NAMES.get(module[1], module[1])
     return command[0].rsplit("/", 1)[-1] if command else "?"
 
 

@@ -56,8 +56,6 @@ class StageReader:
     def distributions(self) -> dict[str, Distribution]:
         """Microseconds by stage, and `all` for their sum, over the ticks that were executed."""
         executed = [row for row in self.rows if not row[_SKIPPED]]
-        columns = {
-            stage: [row[_FIRST_STAGE + i] / 1e3 for row in executed] for i, stage in enumerate(STAGES)
-        }
+        columns = {stage: [row[_FIRST_STAGE + i] / 1e3 for row in executed] for i, stage in enumerate(STAGES)}
         columns["all"] = [sum(row[_FIRST_STAGE:_SKIPPED]) / 1e3 for row in executed]
         return {stage: Distribution.of(values) for stage, values in columns.items()}

@@ -66,7 +66,8 @@ class Feeder:
 
     def counts(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
         """Whole counts, as floats."""
-        return np.rint(position * self._scale)
+        counts: NDArray[np.float64] = np.rint(position * self._scale)
+        return counts
 
 
 def swinging(record: Records, feeder: Feeder, tick: int) -> Records:

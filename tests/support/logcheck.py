@@ -13,7 +13,6 @@ import numpy as np
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.ticks import Records
 from numpy.typing import NDArray
-
 from support.logread import Log
 
 Array = NDArray[np.float64]
@@ -26,13 +25,23 @@ LOGGED = 1.0 + 1e-9
 """Allowance for logged derivatives, which are evaluated and not measured."""
 ARRIVED = 1e-12
 """Distance that counts as none when ticks of departure and arrival are compared: a millionth of a count, rad."""
+SESSION_S = 86400.0
+"""A log of a test is shorter."""
 COMMANDED = (GroupState.STANDSTILL, GroupState.MOVING, GroupState.HELD, GroupState.STOPPING, GroupState.JOGGING)
 """States in which the setpoint is the service's own; in the others it follows the actual position."""
 
 
 def problems(log: Log) -> list[str]:
     """Everything below; an empty list is a good log."""
-    return [*tick_problems(log), *limit_problems(log), *derivative_problems(log), *count_problems(log), *move_problems(log)]
+    checks = (
+        tick_problems,
+        time_problems,
+        limit_problems,
+        derivative_problems,
+        count_problems,
+        move_problems,
+    )
+    return [problem for check in checks for problem in check(log)]
 
 
 # --- ticks ----------------------------------------------------------------------------------------------------------
@@ -44,8 +53,7 @@ def tick_problems(log: Log) -> list[str]:
     if not len(ticks):
         return ["no tick"]
     found = [] if ticks[0] >= 1 else ["a tick below 1"]
-    for index in np.flatnonzero(np.diff(ticks) != 1)[:5]:
-        found.append(f"after tick {ticks[index]} comes {ticks[index + 1]}")
+    found += [f"after tick {ticks[i]} comes {ticks[i + 1]}" for i in np.flatnonzero(np.diff(ticks) != 1)[:5]]
     instants = log.ticks["cycle_start_ns"].astype(np.int64)
     off = np.flatnonzero(instants - instants[0] != (ticks - ticks[0]) * log.cell.period_ns)
     if len(off):
@@ -55,20 +63,35 @@ def tick_problems(log: Log) -> list[str]:
     return found
 
 
+def time_problems(log: Log) -> list[str]:
+    """Events and requests lie on the log's own time, not on another clock; each event says its instant twice."""
+    found = []
+    offset = int(log.metadata["axisync.clocks"]["offset_ns"])
+    for message in (*log.events, *log.requests):
+        away = (message.log_time_ns - int(log.metadata["axisync.clocks"]["wall_ns"])) / 1e9
+        if abs(away) > SESSION_S:
+            found.append(f"a message at {away:.0f} s from the beginning of its log")
+    for event in log.events:
+        away = (event.log_time_ns - offset) / 1e9 - event.data["now_s"]
+        if abs(away) > 1.0:
+            found.append(f"{event.data['kind']} is logged {away:.3f} s from its now_s")
+    return found[:5]
+
+
 # --- limits ---------------------------------------------------------------------------------------------------------
 
 
 def limit_problems(log: Log) -> list[str]:
     """V, A and J of every axis: `limits`, and A and J of `stop_limits` where a window of samples touches a slowing."""
     found = []
-    period = log.cell.period
+    period, slowing = log.cell.period, _slowing(log)
     for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
         for axis, group, span in _stretches(log, order + 1):
             position = log.ticks["position"][span, axis]
             values = np.abs(np.diff(position, order)) / period**order
             bound = np.full(len(values), _bound(log, axis, name, stop=False))
-            bound[_touches(_slowing(log)[span, group], order)] = _bound(log, axis, name, stop=True)
-            allowed = bound + 2.0**order * ROUNDING * EPSILON * np.abs(position).max() / period**order
+            bound[_touches(slowing[span, group], order)] = _bound(log, axis, name, stop=True)
+            allowed = bound + 2.0**order * ROUNDING * EPSILON * _size(position) / period**order
             found += _exceeded(log, span, axis, f"{name} by differences", values, allowed)
     return found
 
@@ -80,10 +103,9 @@ def derivative_problems(log: Log) -> list[str]:
     the mean of two accelerations that of the acceleration but for T/4 of it, since jerk may step in between.
     """
     found = []
-    period = log.cell.period
+    period, slowing_all = log.cell.period, _slowing(log)
     for axis, group, span in _stretches(log, 2):
-        ticks = log.ticks[span]
-        slowing = _slowing(log)[span, group]
+        ticks, slowing = log.ticks[span], slowing_all[span, group]
         for name in ("velocity", "acceleration", "jerk"):
             bound = np.where(slowing, _bound(log, axis, name, stop=True), _bound(log, axis, name, stop=False))
             found += _exceeded(log, span, axis, f"logged {name}", np.abs(ticks[name][:, axis]), bound * LOGGED)
@@ -91,7 +113,7 @@ def derivative_problems(log: Log) -> list[str]:
         for lower, upper, error in (("position", "velocity", period**2 / 12), ("velocity", "acceleration", period / 4)):
             values, rates = ticks[lower][:, axis], ticks[upper][:, axis]
             gap = np.abs(np.diff(values) / period - (rates[1:] + rates[:-1]) / 2)
-            allowed = jerk * error + 2 * ROUNDING * EPSILON * max(np.abs(values).max(), 1.0) / period
+            allowed = jerk * error + 2 * ROUNDING * EPSILON * _size(values) / period
             found += _exceeded(log, span, axis, f"logged {upper} against {lower}", gap, allowed)
     return found
 
@@ -150,15 +172,21 @@ def _runs(mask: Mask, least: int) -> Iterator[slice]:
 def _slowing(log: Log) -> Mask:
     """[t, g]: samples at which a group is on its way to a stop, or has just come to it."""
     rate, plan = log.ticks["path_rate"], log.ticks["plan_id"]
-    falling = np.zeros(rate.shape, dtype=bool)
+    falling: Mask = np.zeros(rate.shape, dtype=bool)
     falling[1:] = (rate[1:] < rate[:-1]) & (plan[:-1] != 0) & (plan[1:] == plan[:-1])
-    return falling | (log.ticks["group_state"] == GroupState.STOPPING)
+    stopping: Mask = log.ticks["group_state"] == GroupState.STOPPING
+    return falling | stopping
+
+
+def _size(position: Array) -> float:
+    """What rounding is relative to: the positions, and where they are small the path of about a radian."""
+    return max(float(np.abs(position).max()), 1.0)
 
 
 def _touches(flags: Mask, order: int) -> Mask:
     """For each window of order + 1 samples: does any of them have its flag set?"""
-    windows: Mask = np.lib.stride_tricks.sliding_window_view(flags, order + 1).any(axis=1)
-    return windows
+    windows = np.lib.stride_tricks.sliding_window_view(flags, order + 1)
+    return np.asarray(windows.any(axis=1), dtype=np.bool_)
 
 
 def _bound(log: Log, axis: int, name: str, stop: bool) -> float:
@@ -232,7 +260,10 @@ def _together(log: Log, move: LoggedMove) -> list[str]:
     if position.shape[1] == 0:
         return []
     found = []
-    for what, rows in (("leave", position), ("arrive", position[::-1])):
+    ways = [("leave", position), ("arrive", position[::-1])]
+    if not np.isin(log.ticks["group_state"][move.span][-1, _groups(log, move)], COMMANDED).all():
+        ways.pop()  # It ended in a fault: the setpoint is the actual position from then on.
+    for what, rows in ways:
         distance = np.abs(rows - rows[0])
         sharp, loose = (distance > 0.0).argmax(axis=0), (distance > ARRIVED).argmax(axis=0)
         if sharp.max() > loose.min():

@@ -15,7 +15,7 @@ from axisync_schemas.ticks import Records, TickLayout
 from axisync_schemas.topics import LOG_EVENTS, LOG_PLANS, LOG_REQUESTS, LOG_SETPOINTS
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Footer, McapRecord, Metadata
+from mcap.records import Attachment, Chunk, Footer, McapRecord, Metadata
 from mcap.stream_reader import StreamReader
 
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time

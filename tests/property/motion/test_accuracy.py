@@ -56,7 +56,8 @@ def check(profiles: list[Profile], cases: Cases, t: np.ndarray, pulse: str) -> N
     assert np.finfo(extended).eps < 1e-18, "this test needs a longer float than float64"
     series = np.array([p.T for p in profiles]).astype(extended)
     inputs = np.array([p.U for p in profiles]).astype(extended)
-    assert (series >= 0).all() and np.isfinite(inputs.astype(float)).all()
+    assert (series >= 0).all()
+    assert np.isfinite(inputs.astype(float)).all()
     mean = inputs if pulse == "constant" else inputs * 2 / 3
     s = v = a = np.zeros(len(profiles), dtype=extended)
     peak_v = peak_a = s
@@ -69,7 +70,8 @@ def check(profiles: list[Profile], cases: Cases, t: np.ndarray, pulse: str) -> N
     assert np.abs(s / d - 1).max() < TOLERANCE
     assert np.abs(series.sum(axis=1) / t - 1).max() < 1e-15
     assert np.abs(np.array([p.duration for p in profiles]) / t - 1).max() == 0.0
-    assert np.abs(v / peak_v).max() < TOLERANCE and np.abs(a / peak_a).max() < TOLERANCE
+    assert np.abs(v / peak_v).max() < TOLERANCE
+    assert np.abs(a / peak_a).max() < TOLERANCE
     for peak, limit in ((peak_v, "v"), (peak_a, "a"), (np.abs(inputs).max(axis=1), "j")):
         assert (peak / cases[limit] - 1).max() < 1e-15
 

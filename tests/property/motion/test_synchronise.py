@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from axisync_motion import InvalidLimits, synchronise, synchronise_batch
+from axisync_motion import InfeasibleDuration, InvalidLimits, SyncProfile, synchronise, synchronise_batch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -34,7 +34,7 @@ def split(move: list) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return d, v, a, j
 
 
-def plan(move: list, minimise: str, pulse: str, stretch: float | None):  # noqa: ANN201
+def plan(move: list, minimise: str, pulse: str, stretch: float | None) -> SyncProfile:
     parts = split(move)
     shortest = synchronise(*parts, minimise, pulse=pulse)
     if stretch is None:
@@ -44,12 +44,11 @@ def plan(move: list, minimise: str, pulse: str, stretch: float | None):  # noqa:
 
 @short
 @given(axes, minimises, pulses, stretches)
-def test_arrives_together_on_target_within_limits(
-    move: list, minimise: str, pulse: str, stretch: float | None
-) -> None:
+def test_arrives_together_on_target_within_limits(move: list, minimise: str, pulse: str, stretch: float | None) -> None:
     d, v, a, j = split(move)
     result = plan(move, minimise, pulse, stretch)
-    assert np.isfinite(result.T).all() and np.isfinite(result.U).all()
+    assert np.isfinite(result.T).all()
+    assert np.isfinite(result.U).all()
     assert (result.T >= 0.0).all()
     for row in result.T.tolist():
         assert math.fsum(row) == pytest.approx(result.duration, rel=1e-15, abs=0)
@@ -73,11 +72,15 @@ def test_samples_are_within_limits_and_between_the_ends(
     assert (np.abs(vs) <= v * (1 + 2e-15)).all()
     assert (np.abs(as_) <= a * (1 + 2e-15)).all()
     assert (np.abs(js) <= j * (1 + 2e-15)).all()
-    assert (s * np.sign(d) >= -1e-15 * np.abs(d)).all() and (np.abs(s) <= np.abs(d) * (1 + 1e-15)).all()
+    assert (s * np.sign(d) >= -1e-15 * np.abs(d)).all()
+    assert (np.abs(s) <= np.abs(d) * (1 + 1e-15)).all()
     assert (vs * np.sign(d) >= -1e-13 * v).all()
     ends = result.sample(np.array([-1e-9, 0.0, 1.0, 2.0]) * max(result.duration, 1.0))
-    assert (ends[0][0] == 0.0).all() and (ends[0][3] == d).all()
-    assert not ends[1][[0, 3]].any() and not ends[2][[0, 3]].any() and not ends[3][[0, 3]].any()
+    assert (ends[0][0] == 0.0).all()
+    assert (ends[0][3] == d).all()
+    assert not ends[1][[0, 3]].any()
+    assert not ends[2][[0, 3]].any()
+    assert not ends[3][[0, 3]].any()
 
 
 @short
@@ -110,10 +113,11 @@ def test_any_floats_plan_or_are_refused(d: list[float], limit: list[float], dura
     """Whatever the bits, the answer is a finite plan or one of the two errors (both ValueError)."""
     try:
         result = synchronise(d, limit[:3], limit[3:6], limit[6:], duration=duration)
-    except ValueError as error:
-        assert "must be" in str(error) or "shortest possible" in str(error)
+    except (InvalidLimits, InfeasibleDuration):
         return
-    assert np.isfinite(result.T).all() and np.isfinite(result.U).all() and math.isfinite(result.duration)
+    assert np.isfinite(result.T).all()
+    assert np.isfinite(result.U).all()
+    assert math.isfinite(result.duration)
 
 
 @short

@@ -67,7 +67,7 @@ def test_refusals_name_the_axis() -> None:
     with pytest.raises(InfeasibleDuration) as short:
         synchronise_batch([[1.0, 0.0, 400.0]], V, A, J, duration=[1.0])
     assert short.value.axis == 2
-    with pytest.raises(InvalidLimits, match="axis 1: a_max = -1.0"):
+    with pytest.raises(InvalidLimits, match=r"axis 1: a_max = -1\.0"):
         synchronise_batch(d, V, [1.0, -1.0, 1.0], J)
     d[3, 2] = np.nan
     with pytest.raises(InvalidLimits, match="axis 2: distance = nan"):

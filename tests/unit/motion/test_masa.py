@@ -43,7 +43,7 @@ def test_critical_axis_keeps_its_optimum(minimise: str) -> None:
 @pytest.mark.parametrize("minimise", MINIMISE)
 def test_ties_are_all_critical(minimise: str) -> None:
     move = synchronise([50.0, -50.0, 50.0], [30.0] * 3, [40.0] * 3, [80.0] * 3, minimise)
-    assert (move.T == move.T[0]).all()
+    assert (move.T[0] == move.T).all()
     assert move.U[0, 0] == move.U[2, 0] == -move.U[1, 0] == 80.0
     assert move.limiting == 0
 
@@ -96,9 +96,11 @@ def test_too_short_for_one_axis() -> None:
 def test_nothing_to_move() -> None:
     still = synchronise([0.0, 0.0], [1.0, 1.0], [1.0, 1.0], [1.0, 1.0])
     assert still.duration == 0.0
-    assert not still.T.any() and not still.U.any()
+    assert not still.T.any()
+    assert not still.U.any()
     position, *rest = still.sample([0.0, 1.0])
-    assert not position.any() and not any(x.any() for x in rest)
+    assert not position.any()
+    assert not any(x.any() for x in rest)
 
 
 def test_nothing_to_move_in_some_time() -> None:
@@ -127,7 +129,7 @@ def test_invalid_limit_names_axis_value_and_bound(name: str, bad: float) -> None
 def test_invalid_distance(bad: float) -> None:
     with pytest.raises(InvalidLimits, match="axis 0: distance = "):
         synchronise([bad, 1.0], [1.0, 1.0], [1.0, 1.0], [1.0, 1.0])
-    with pytest.raises(InvalidLimits, match="^distance = "):
+    with pytest.raises(InvalidLimits, match=r"^distance = "):
         time_optimal(bad, 1.0, 1.0, 1.0)
 
 

@@ -18,9 +18,7 @@ from axisync_motion import (
 )
 
 LIMITS = (20.0, 20.0, 30.0)
-CASES = {
-    case["name"]: case for case in json.loads(Path(__file__).with_name("paper_cases.json").read_text())["cases"]
-}
+CASES = {case["name"]: case for case in json.loads(Path(__file__).with_name("paper_cases.json").read_text())["cases"]}
 MAPS = {"f_V^-1": lowest_velocity, "f_A^-1": lowest_acceleration, "f_J^-1": lowest_jerk}
 
 
@@ -89,7 +87,7 @@ def test_max_distance_inverts_duration(distance: float) -> None:
 def test_opposite_direction_only_changes_signs() -> None:
     there, back = time_optimal(100.0, *LIMITS), time_optimal(-100.0, *LIMITS)
     assert back.T == there.T
-    assert back.U == tuple(-u for u in there.U)
+    assert tuple(-u for u in there.U) == back.U
     assert back.distance == -100.0
 
 

@@ -28,7 +28,8 @@ def test_whole_number_of_periods_has_no_extra_sample() -> None:
     assert sample_count(5.25, 0.002) == 2625
     assert sample_count(0.3, 0.1) == 3  # 2.9999999999999996 in floating point, and
     assert sample_count(0.6 + 1e-16, 0.2) == 3
-    assert 2.1 / 0.7 > 3.0 and sample_count(2.1, 0.7) == 3
+    assert 2.1 / 0.7 > 3.0
+    assert sample_count(2.1, 0.7) == 3
     assert sample_count(5.2501, 0.002) == 2626
     assert sample_count(0.0, 0.002) == 0
 

@@ -95,11 +95,14 @@ def test_clock_through_a_stop() -> None:
 def test_table_covers_every_s() -> None:
     path = move()
     table = stop_table(path, V, 1.5 * A, 3 * J)
-    assert table.s[0] == 0.0 and table.s[-1] == path.duration
-    assert table.at(-1.0) == table.stop_duration[0] and table.at(1e9) == 0.0
+    assert table.s[0] == 0.0
+    assert table.s[-1] == path.duration
+    assert table.at(-1.0) == table.stop_duration[0]
+    assert table.at(1e9) == 0.0
     for i, s in enumerate(table.s.tolist()):
         assert table.at(s) == table.stop_duration[i]
-    assert (table.stop_duration[:-1] > 0.0).all() and np.isfinite(table.stop_duration).all()
+    assert (table.stop_duration[:-1] > 0.0).all()
+    assert np.isfinite(table.stop_duration).all()
 
 
 def test_nothing_to_move() -> None:

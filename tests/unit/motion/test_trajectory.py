@@ -33,13 +33,15 @@ def test_ends_bit_for_bit(pulse: str) -> None:
     for s, position in ((-1.0, START), (0.0, START), (trajectory.duration, TARGET), (1e9, TARGET)):
         q, q1, q2, q3 = trajectory.evaluate(s)
         assert (q == position).all()
-        assert not q1.any() and not q2.any()
+        assert not q1.any()
+        assert not q2.any()
         assert not q3.any() or s == 0.0
     assert trajectory.knots[0] == 0.0
     assert (np.diff(trajectory.knots) > 0.0).all()
     q, q1, q2, _ = trajectory.evaluate(np.nextafter(trajectory.duration, 0.0))
     assert q == pytest.approx(TARGET, abs=5e-16)
-    assert q1 == pytest.approx(0.0, abs=1e-14) and q2 == pytest.approx(0.0, abs=1e-13)
+    assert q1 == pytest.approx(0.0, abs=1e-14)
+    assert q2 == pytest.approx(0.0, abs=1e-13)
 
 
 @pytest.mark.parametrize("pulse", PULSES)
@@ -107,7 +109,8 @@ def test_nothing_to_move() -> None:
     assert trajectory.coefficients.shape == (0, 4, 6)
     for s in (-1.0, 0.0, 1.0):
         q, *rest = trajectory.evaluate(s)
-        assert (q == START).all() and not np.any(rest)
+        assert (q == START).all()
+        assert not np.any(rest)
         assert (trajectory.sample([s])[0] == START).all()
 
 
@@ -140,9 +143,11 @@ def test_concatenate_with_rests() -> None:
     both = concatenate([there, back], [0.5])
     assert both.coefficients.shape[1] == 6
     assert both.duration == pytest.approx(there.duration + 0.5 + back.duration, rel=1e-15)
-    assert (both.start == START).all() and (both.end == START).all()
+    assert (both.start == START).all()
+    assert (both.end == START).all()
     q, *rest = both.evaluate(there.duration + 0.25)
-    assert (q == TARGET).all() and not np.any(rest)
+    assert (q == TARGET).all()
+    assert not np.any(rest)
     s = np.linspace(0.0, 1.0, 101)[1:-1]
     first, second = both.sample(s * there.duration), both.sample(there.duration + 0.5 + s * back.duration)
     for k in range(3):
@@ -171,7 +176,7 @@ def test_concatenate_keeps_knots_increasing_far_along() -> None:
 
 def test_concatenate_refuses_jumps_and_bad_rests() -> None:
     there = move()
-    with pytest.raises(ValueError, match="trajectory 1, axis 0: starts at 0.1, the one before ends at 1.8"):
+    with pytest.raises(ValueError, match=r"trajectory 1, axis 0: starts at 0\.1, the one before ends at 1\.8"):
         concatenate([there, there])
     with pytest.raises(ValueError, match="dwells: expected 0"):
         concatenate([there], [1.0])

@@ -1,24 +1,20 @@
-"""What the log says of a run: the ticks as arrays, and which plan a move became."""
+"""What the log says of a run: when the setpoints of each move came into force."""
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from mcap.reader import make_reader
+from axisync_schemas.ticks import Records
 from numpy.typing import NDArray
-
-from axisync_schemas.cell import Cell
-from axisync_schemas.ticks import Records, TickLayout
-from axisync_schemas.topics import LOG_PLANS, LOG_SETPOINTS
+from support.logread import read_log
 
 Condition = Callable[[Records], NDArray[np.bool_]]
 
 
 @dataclass(frozen=True, slots=True)
-class Log:
-    """Records of every tick, sorted; plan ids by move id."""
+class TickLog:
+    """Records of every tick, in order; plan ids by move id."""
 
     ticks: Records
     plans: dict[str, int]
@@ -34,7 +30,7 @@ class Log:
         Raises:
             LookupError: the log has none.
         """
-        return self._first(move_id, lambda part: part["path_s"] > 0.0, "setpoint")
+        return self._first(move_id, lambda ticks: ticks["path_s"] > 0.0, "setpoint")
 
     def first_slowed_ns(self, move_id: str) -> int:
         """Instant at which the move's first slowed setpoint came into force: t of that tick.
@@ -42,9 +38,11 @@ class Log:
         Raises:
             LookupError: the log has none.
         """
-        return self._first(move_id, lambda part: part["path_rate"] < 1.0, "slowed setpoint")
+        return self._first(move_id, lambda ticks: ticks["path_rate"] < 1.0, "slowed setpoint")
 
     def _first(self, move_id: str, wanted: Condition, what: str) -> int:
+        if move_id not in self.plans:
+            raise LookupError(f"the log has no plan of move {move_id}")
         mine = self.ticks["plan_id"] == self.plans[move_id]
         rows = np.flatnonzero((mine & wanted(self.ticks)).any(axis=1))
         if rows.size == 0:
@@ -52,25 +50,14 @@ class Log:
         return int(self.ticks["cycle_start_ns"][rows[0]])
 
 
-def read(path: Path, cell: Cell) -> Log:
+def read(path: Path) -> TickLog:
     """The whole log.
 
     Raises:
         ValueError: ticks are missing in it.
     """
-    layout = TickLayout(len(cell.axes), len(cell.groups))
-    records, plans = [], {}
-    with path.open("rb") as file:
-        for _, channel, message in make_reader(file).iter_messages(topics=[LOG_SETPOINTS, LOG_PLANS]):
-            if channel.topic == LOG_SETPOINTS:
-                records.append(message.data)
-            else:
-                plan = json.loads(message.data)
-                plans[plan["move_id"]] = int(plan["plan_id"])
-    ticks = layout.decode(b"".join(records))
-    _, kept = np.unique(ticks["tick"], return_index=True)  # a restarted recorder may write a tick twice
-    ticks = ticks[kept]
-    gaps = np.flatnonzero(np.diff(ticks["tick"].astype(np.int64)) != 1)
+    log = read_log(path)
+    gaps = np.flatnonzero(np.diff(log.ticks["tick"].astype(np.int64)) != 1)
     if gaps.size:
-        raise ValueError(f"{path}: the log lacks ticks after tick {ticks['tick'][gaps[0]]}")
-    return Log(ticks, plans)
+        raise ValueError(f"{path}: the log lacks ticks after tick {log.ticks['tick'][gaps[0]]}")
+    return TickLog(log.ticks, {str(plan["move_id"]): plan_id for plan_id, plan in log.plans.items()})

@@ -1,0 +1,1 @@
+"""Models of arms. pinocchio is used here only."""

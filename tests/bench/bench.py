@@ -1,0 +1,149 @@
+"""One run: the service under a client's moves, a reference loop beside it, and what log and shared memory say of it."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from axisync_client import Client
+from axisync_schemas.cell import Cell
+from axisync_schemas.ticks import Records
+from daemon import Daemon
+from percentiles import Distribution
+from phases import Arms, Call, acquire
+from processes import Sampler, Usage, find
+from reference import Reference, Scheduling
+from report import Report
+from stages import StageReader
+from ticklog import TickLog, read
+
+BENCHES = ("lateness", "stages", "requests", "stops", "processes")
+SWINGING = frozenset({"lateness", "stages", "processes"})
+"""Benches that need the arms to move for a while."""
+GROUP = "both"
+ALONE_S = 10.0
+
+
+@dataclass(slots=True)
+class Findings:
+    """What was measured while the service ran."""
+
+    cell: Cell
+    scheduling: Scheduling
+    span_ns: tuple[int, int] = (0, 0)
+    beside: tuple[str, Distribution] | None = None
+    stages: dict[str, Distribution] = field(default_factory=dict)
+    usages: list[Usage] = field(default_factory=list)
+    requests: list[Call] = field(default_factory=list)
+    stops: list[Call] = field(default_factory=list)
+
+
+class Bench:
+    """The benches that are wanted, in one run of the service."""
+
+    def __init__(self, report: Report, wanted: frozenset[str], seconds: float, moves: int) -> None:
+        self._report = report
+        self._wanted = wanted
+        self._seconds = seconds
+        self._moves = moves
+
+    def run(self, directory: Path) -> None:
+        """Measures and prints.
+
+        Raises:
+            DaemonError, AxisyncError, RuntimeError, LookupError, ValueError: it cannot, and why.
+        """
+        with Daemon(directory) as daemon:
+            self._report.say("starting the service; its own program comes first")
+            daemon.wait_ready()
+            found = self._measure(daemon)
+            daemon.stop()
+            log = read(daemon.log())
+        if "lateness" in self._wanted:
+            self._lateness(found, log)
+        self._cycle(found)
+        self._calls(found, log)
+        if "processes" in self._wanted:
+            self._report.processes("CPU and memory of each process, while both arms move", found.usages)
+
+    def _measure(self, daemon: Daemon) -> Findings:
+        controller = find(daemon.pid, "controller").pid
+        with Client(daemon.endpoint) as client, acquire(client, GROUP) as lease:
+            found = Findings(client.config(), Scheduling.of(controller))
+            lease.enable(GROUP)
+            arms = Arms(client, lease, GROUP)
+            if self._wanted & SWINGING:
+                self._report.say(f"moving {len(found.cell.axes)} axes for {self._seconds:g} s")
+                self._swing(daemon, controller, arms, found)
+            if "requests" in self._wanted:
+                self._report.say(f"starting {self._moves} short moves")
+                found.requests = arms.requests(self._moves)
+            if "stops" in self._wanted:
+                self._report.say(f"stopping {self._moves} moves")
+                found.stops = arms.stops(self._moves)
+            lease.disable(GROUP)
+        return found
+
+    def _swing(self, daemon: Daemon, controller: int, arms: Arms, found: Findings) -> None:
+        stages = StageReader(controller, len(found.cell.groups))
+        beside = Reference(found.cell.period, self._seconds, found.scheduling.beside())
+        try:
+            sampler = Sampler(daemon.pid, ("bench (client)", os.getpid()))
+            found.span_ns = arms.swing(self._seconds, stages.poll)
+            found.usages = sampler.usage()
+            found.beside = (beside.name, beside.result())
+        finally:
+            beside.stop()
+        found.stages = stages.distributions()
+
+    def _lateness(self, found: Findings, log: TickLog) -> None:
+        assert found.beside is not None
+        seconds = min(ALONE_S, self._seconds)
+        self._report.say(f"the reference alone, for {seconds:g} s")
+        alone = Reference(found.cell.period, seconds, found.scheduling).result()
+        name, beside = found.beside
+        ticks = log.between(*found.span_ns)
+        rows = {
+            "controller": lateness(ticks),
+            f"{name} beside it": beside,
+            f"{name} alone": alone,
+        }
+        skipped = {"skipped ticks": {"controller": int(ticks["skipped"].sum())}}
+        title = (
+            f"Lateness of {found.cell.period * 1e3:g} ms ticks, {len(found.cell.axes)} axes moving, "
+            f"{found.scheduling.words()}"
+        )
+        self._report.distributions("lateness", title, "us", rows, (50, 99, 99.9), skipped)
+
+    def _cycle(self, found: Findings) -> None:
+        if "stages" in self._wanted:
+            title = f"Time in the cycle by stage, of {found.cell.period * 1e6:,.0f} us"
+            self._report.distributions("stages", title, "us", found.stages, (50, 99))
+
+    def _calls(self, found: Findings, log: TickLog) -> None:
+        if found.requests:
+            rows = _spans(found.requests, log.first_setpoint_ns, "first setpoint in force")
+            self._report.distributions("requests", "From a call of `move` (12 axes) to", "ms", rows, (50, 99))
+        if found.stops:
+            rows = _spans(found.stops, log.first_slowed_ns, "first slowed setpoint in force")
+            self._report.distributions("stops", "From a call of `stop` to", "ms", rows, (50, 99))
+
+
+def _spans(calls: list[Call], instant_ns: Callable[[str], int], what: str) -> dict[str, Distribution]:
+    """Milliseconds from the call to its effect (t of that tick) and to its answer."""
+    effects = [(instant_ns(call.move_id) - call.called_ns) / 1e6 for call in calls]
+    answers = [(call.answered_ns - call.called_ns) / 1e6 for call in calls]
+    return {what: Distribution.of(effects), "answer": Distribution.of(answers)}
+
+
+def lateness(ticks: Records) -> Distribution:
+    """Microseconds. A skipped tick counts as late as until the next one that was executed, so it cannot hide."""
+    if len(ticks) == 0:
+        return Distribution.of([])
+    late = ticks["lateness_ns"].astype(np.float64)
+    begins = ticks["cycle_start_ns"].astype(np.int64)
+    executed = np.flatnonzero(ticks["skipped"] == 0)
+    following = executed[np.minimum(np.searchsorted(executed, np.arange(len(ticks))), len(executed) - 1)]
+    waited = np.maximum(begins[following] - begins, 0)
+    return Distribution.of((waited + late[following]) / 1e3)

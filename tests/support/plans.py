@@ -1,0 +1,35 @@
+"""Plans for tests, made with the planner library alone."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from axisync_motion import synchronise
+from axisync_motion.from_profiles import from_profiles
+from axisync_motion.stop_table import stop_table
+from axisync_schemas.cell import Cell
+from axisync_schemas.plan_slots import Plan
+
+
+def joint_plan(cell: Cell, group: str, start: Sequence[float], target: Sequence[float], plan_id: int = 1) -> Plan:
+    """MASA with f_A from `start` to `target`, rad, within the cell's limits."""
+    indices = cell.axis_indices(group)
+    axes = [cell.axes[i] for i in indices]
+    origin, end = np.array(start, dtype=float), np.array(target, dtype=float)
+    v = [axis.limits.velocity for axis in axes]
+    profile = synchronise(
+        end - origin, v, [axis.limits.acceleration for axis in axes], [axis.limits.jerk for axis in axes]
+    )
+    trajectory = from_profiles(origin, profile, end)
+    stops = stop_table(
+        trajectory, v, [axis.stop_limits.acceleration for axis in axes], [axis.stop_limits.jerk for axis in axes]
+    )
+    return Plan(
+        plan_id=plan_id,
+        axes=np.array(indices, dtype=np.uint32),
+        knots=trajectory.knots,
+        coefficients=trajectory.coefficients,
+        start=trajectory.start,
+        end=trajectory.end,
+        stop_s=stops.s,
+        stop_duration=stops.stop_duration,
+    )

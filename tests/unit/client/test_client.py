@@ -1,0 +1,120 @@
+import time
+
+import numpy as np
+import pytest
+from axisync_client import Client, InvalidArgument, Refused, TimedOut, Unavailable, UnexpectedReply
+from axisync_schemas.errors import ErrorCode, Refusal
+from cell_peer import Peer, free_port
+
+
+def test_what_is_so(client: Client, peer: Peer) -> None:
+    assert client.cell == "eod"
+    assert client.info().version == "9.9"
+    assert client.config() == peer.cell
+    assert set(client.state().groups) == {"kingkong", "wukong"}
+
+
+def test_nobody_listens() -> None:
+    begin = time.monotonic()
+    with pytest.raises(Unavailable, match="nobody listens at tcp/127.0.0.1:.*axisyncd demo"):
+        Client(f"127.0.0.1:{free_port()}")
+    assert time.monotonic() - begin < 5.0
+
+
+def test_a_router_without_a_cell() -> None:
+    peer = Peer(cells=())
+    try:
+        with pytest.raises(Unavailable, match="no axisync cell answers"):
+            Client(peer.endpoint)
+    finally:
+        peer.close()
+
+
+def test_several_cells_must_be_chosen_from() -> None:
+    peer = Peer(cells=("east", "west"))
+    try:
+        with pytest.raises(InvalidArgument, match="east, west"):
+            Client(peer.endpoint)
+        with Client(peer.endpoint, cell="west") as client:
+            assert client.info().name == "west"
+    finally:
+        peer.close()
+
+
+def test_a_cell_that_is_not_there(peer: Peer) -> None:
+    with pytest.raises(Unavailable, match="nobody answers .* axisync/lab/info: is axisyncd running"):
+        Client(peer.endpoint, cell="lab")
+
+
+def test_a_daemon_of_another_schema() -> None:
+    peer = Peer(schema_versions=(7,))
+    try:
+        with pytest.raises(UnexpectedReply, match="serves schema 7, this client speaks schema 1"):
+            Client(peer.endpoint)
+    finally:
+        peer.close()
+
+
+def test_the_user_is_in_the_key(peer: Peer) -> None:
+    with Client(peer.endpoint, user="ann") as client:
+        client.stop()
+    assert [(verb, user) for verb, user, _ in peer.requests] == [("stop", "ann")]
+
+
+def test_a_refusal_carries_the_body(client: Client, peer: Peer) -> None:
+    peer.refusals["stop"] = Refusal(ErrorCode.RATE_LIMITED, "too many", allowed=5)
+    with pytest.raises(Refused, match="RATE_LIMITED: too many") as caught:
+        client.stop()
+    assert (caught.value.code, caught.value.details) == ("RATE_LIMITED", {"allowed": 5})
+
+
+def test_what_got_lost_is_asked_again_with_the_same_body(client: Client, peer: Peer) -> None:
+    client.timeout_s = 2.0
+    peer.deaf["stop"] = 1
+    client.stop("kingkong")
+    first, second = [body for verb, _, body in peer.requests if verb == "stop"]
+    assert first == second
+
+
+def test_silence_ends_in_an_error(client: Client, peer: Peer) -> None:
+    client.timeout_s = 0.6
+    peer.deaf["state"] = 99
+    begin = time.monotonic()
+    with pytest.raises(TimedOut, match=r"no answer from .* for axisync/eod/state within 0\.6 s"):
+        client.state()
+    assert 0.5 < time.monotonic() - begin < 5.0
+
+
+def test_a_daemon_that_comes_back_is_found_again(client: Client, peer: Peer) -> None:
+    peer.close()
+    with pytest.raises(Unavailable, match="nobody answers"):
+        client.state()
+    peer.open()
+    end = time.monotonic() + 10.0
+    while True:
+        try:
+            assert client.state().tick == 1000
+            return
+        except Unavailable:
+            assert time.monotonic() < end
+
+
+def test_a_plan_moves_nothing(client: Client, peer: Peer) -> None:
+    reply = client.plan_joint("kingkong", np.zeros(6), duration_s=20.0, pulse="parabolic")
+    assert (reply.move_id, reply.duration_s, len(reply.T)) == (None, 20.0, 6)
+    assert not peer.moves
+    assert peer.requests[-1][2]["move"]["pulse"] == "parabolic"
+
+
+def test_a_closed_client_says_so(peer: Peer) -> None:
+    client = Client(peer.endpoint)
+    client.close()
+    client.close()
+    with pytest.raises(Unavailable, match="closed"):
+        client.state()
+
+
+@pytest.mark.parametrize("timeout_s", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_timeout_must_be_a_time(timeout_s: float) -> None:
+    with pytest.raises(InvalidArgument, match="timeout_s"):
+        Client("127.0.0.1:1", timeout_s=timeout_s)

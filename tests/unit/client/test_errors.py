@@ -1,0 +1,41 @@
+import pytest
+from axisync_client import MoveHeld, Refused, Unavailable
+from axisync_client.errors import fix_of
+from axisync_schemas.enumerations import MoveStatus
+from axisync_schemas.errors import ErrorBody, ErrorCode
+from axisync_schemas.replies import MoveReport
+
+
+@pytest.mark.parametrize(
+    ("details", "fix"),
+    [
+        ({}, None),
+        ({"fix": "acquire a new one"}, "acquire a new one"),
+        ({"max_feasible_speed_scale": 0.5}, "the highest feasible speed_scale is 0.5"),
+        ({"fix": {"shortest_duration_s": 5.25}}, "the shortest possible duration is 5.25 s"),
+        ({"groups": ["kingkong", "all"]}, "the groups are kingkong, all"),
+        ({"groups": {"kingkong": "ann"}, "axis": "kingkong.1"}, None),
+    ],
+)
+def test_fixes_in_words(details: dict[str, object], fix: str | None) -> None:
+    assert fix_of(details) == fix
+
+
+def test_a_refusal_keeps_the_body() -> None:
+    body = ErrorBody(request_id="7", code=ErrorCode.SOFT_LIMIT, message="beyond", details={"axis": "kingkong.1"})
+    error = Refused(body)
+    assert (error.code, error.message, error.details, error.request_id) == ("SOFT_LIMIT", "beyond", body.details, "7")
+    assert error.body() is body
+    assert str(error) == "SOFT_LIMIT: beyond"
+
+
+def test_errors_of_the_client_have_a_body_too() -> None:
+    body = Unavailable("nobody answers", "start it").body()
+    assert (body.code, body.message, body.details) == ("UNAVAILABLE", "nobody answers", {"fix": "start it"})
+
+
+def test_a_move_that_did_not_arrive_says_why() -> None:
+    report = MoveReport(
+        move_id="m-1", group="both", status=MoveStatus.HELD, progress=0.5, reason="lease lapsed", duration_s=1.0, now_s=0.0
+    )
+    assert str(MoveHeld(report)) == "move m-1 of both is held: lease lapsed"
