@@ -25,6 +25,7 @@ CHUNK = 24  # cells worked on at a time
 ROUNDS = 5  # of looking for something shorter than the first duration that fits
 GOOD = 0.95  # share of the room taken that is near enough to all of it
 SLACK = 1.0 + 1e-9  # the bounds themselves are rounded
+ROUNDING = 1e-9  # by which a path that goes as fast as it may can exceed its own limit
 
 RATE = Polynomial([1.0, 0.0, -3.0, 2.0])
 """The rate over x = t/D; its integral is the path covered, over D."""
@@ -52,34 +53,33 @@ def stop_table(
     below the stop limits, and its velocity within v_max, which slowing then cannot exceed: InvalidLimits otherwise.
     """
     n, duration = trajectory.start.size, trajectory.duration
-    a, j = _doubled("a_stop", a_stop, n), _doubled("j_stop", j_stop, n)
-    v = _doubled("v_max", v_max, n)
+    v, a, j = _vector("v_max", v_max, n), _vector("a_stop", a_stop, n), _vector("j_stop", j_stop, n)
     if duration == 0.0:
         return StopTable(np.zeros(1), np.zeros(1))
     count = points if points is not None else int(np.clip(np.ceil(duration / 0.025), 16, 1000))
     bounds = PathBounds(trajectory, FINE * count)
-    _check_path(bounds.overall, v, a, j)
     edges = np.linspace(0.0, duration, count + 1)
-    return StopTable(np.append(edges[:-1], duration), np.append(_search(bounds, edges, a, j), 0.0))
+    speed = np.abs(trajectory.sample(np.concatenate([edges, trajectory.knots]))[1]).max(axis=0)
+    _check_above("v_max", v * (1.0 + ROUNDING), speed)
+    _, q2, q3 = bounds.overall
+    _check_above("a_stop", a, np.maximum(q2[:n], q2[n:]))
+    _check_above("j_stop", j, np.maximum(q3[:n], q3[n:]))
+    found = _search(bounds, edges, np.concatenate([a, a]), np.concatenate([j, j]))
+    return StopTable(edges, np.append(found, 0.0))
 
 
-def _doubled(name: str, limit: ArrayLike, n: int) -> Array:
-    """A limit [n] for the axes and for their negatives."""
+def _vector(name: str, limit: ArrayLike, n: int) -> Array:
     values = np.asarray(limit, dtype=np.float64)
     if values.shape != (n,):
         raise ValueError(f"{name}: expected {n} values, got shape {values.shape}")
-    return np.concatenate([values, values])
+    return values
 
 
-def _check_path(overall: Array, v: Array, a: Array, j: Array) -> None:
-    # v_max and the path's peak are often equal up to rounding, and the bound of the peak is a little above it.
-    wanted = (("v_max", v * (1.0 + 1e-3)), ("a_stop", a), ("j_stop", j))
-    for (name, limit), peak in zip(wanted, overall, strict=True):
-        wrong = ~(peak < limit)
-        if wrong.any():
-            index = int(np.argmax(wrong))
-            axis = index % (v.size // 2)
-            raise InvalidLimits(name, float(limit[index]), f"above the path's own {float(peak[index])!r}", axis)
+def _check_above(name: str, limit: Array, own: Array) -> None:
+    wrong = ~(own < limit)
+    if wrong.any():
+        axis = int(np.argmax(wrong))
+        raise InvalidLimits(name, float(limit[axis]), f"above the path's own {float(own[axis])!r}", axis)
 
 
 @lru_cache(maxsize=1)

@@ -58,7 +58,6 @@ def begin(context: ProcessContext, recorder: Recorder) -> bool:
     """Opens the first file. False: the service cannot start so; once it has run, an error only means trying again."""
     started = context.control[Word.RECORDER_STATE] != RecorderState.NOT_STARTED
     try:
-        context.log_dir.mkdir(parents=True, exist_ok=True)
         recorder.open()
     except OSError as error:
         if not started:

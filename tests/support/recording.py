@@ -68,9 +68,7 @@ class Recording:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self.process is not None and self.process.poll() is None:
-            self.process.kill()
-        if self.process is not None:
-            self.process.communicate()
+            self.kill()
         self.log_socket.close()
         self._reader.close()
         self.control.close()
@@ -81,8 +79,6 @@ class Recording:
 
     def start(self, wait: bool = True, before: Callable[[], None] | None = None) -> "subprocess.Popen[str]":
         """A recorder; `wait`: until it looks after its heartbeat. `before` runs in the child before exec."""
-        if self.process is not None:
-            self.process.communicate()
         descriptors = {name: region.descriptor for name, region in self.regions.items()}
         descriptors["log_front"] = self._reader.fileno()
         arguments = ["--cell", str(CELL), "--run-dir", str(self.run_dir), "--log-dir", str(self.log_dir)]
@@ -119,15 +115,19 @@ class Recording:
         """kill -9."""
         assert self.process is not None
         self.process.kill()
-        self.process.communicate()
+        self.ended()
 
-    def close(self) -> tuple[int, str]:
-        """The phase CLOSING; exit status and what was said on stderr."""
+    def ended(self) -> tuple[int, str]:
+        """Waits for the process to end; exit status and what was said on stderr."""
         assert self.process is not None
-        self.control[Word.CONTROLLER_DONE] = 1
-        self.control[Word.PHASE] = Phase.CLOSING
         _, said = self.process.communicate(timeout=PATIENCE_S)
         return self.process.returncode, said
+
+    def close(self) -> tuple[int, str]:
+        """The phase CLOSING; returns as `ended`."""
+        self.control[Word.CONTROLLER_DONE] = 1
+        self.control[Word.PHASE] = Phase.CLOSING
+        return self.ended()
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """EMCY producer: error register 0x1001, history 0x1003, emergency frames (CiA 301, 7.2.7)."""
 
 import struct
+from collections.abc import Callable
 from enum import IntEnum
 
 FRAME = struct.Struct("<HB5s")
@@ -44,10 +45,15 @@ _REGISTER = {
 }
 
 
-class Emergencies:
-    """Errors that are present, and those that were. Methods return the frame to send, None where nothing changes."""
+COB_ID = 0x80
 
-    def __init__(self) -> None:
+
+class Emergencies:
+    """Errors that are present, and those that were; each change is one emergency frame."""
+
+    def __init__(self, node_id: int, send: Callable[[int, bytes, int], None]) -> None:
+        self._can_id = COB_ID + node_id
+        self._send = send
         self.active: set[ErrorCode] = set()
         self.history: list[int] = []
         self.code = 0
@@ -61,18 +67,18 @@ class Emergencies:
             bits |= Register.GENERIC | _REGISTER[code]
         return bits
 
-    def occur(self, code: ErrorCode, info: bytes = b"") -> bytes | None:
-        """An error has appeared; None where it is known already."""
+    def occur(self, code: ErrorCode, now: int, info: bytes = b"") -> bool:
+        """An error has appeared; False where it was there already."""
         if code in self.active:
-            return None
+            return False
         self.active.add(code)
         self.code = code
         self.history = [code, *self.history][:HISTORY_MAX]
-        return FRAME.pack(code, self.register, info)
+        self._send(self._can_id, FRAME.pack(code, self.register, info), now)
+        return True
 
-    def heal(self, *codes: ErrorCode) -> bytes | None:
-        """Errors have gone: "error reset" with what remains in the register."""
-        if self.active.isdisjoint(codes):
-            return None
-        self.active.difference_update(codes)
-        return FRAME.pack(ErrorCode.NONE, self.register, b"")
+    def heal(self, now: int, *codes: ErrorCode) -> None:
+        """Errors have gone: "error reset", with what remains in the register."""
+        if not self.active.isdisjoint(codes):
+            self.active.difference_update(codes)
+            self._send(self._can_id, FRAME.pack(ErrorCode.NONE, self.register, b""), now)

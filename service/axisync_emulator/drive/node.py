@@ -1,113 +1,180 @@
 """A drive: its CANopen services and its profile, put together on one port of a bus."""
 
+from axisync_emulator.drive.cyclic import Cyclic
 from axisync_emulator.drive.emergency import Emergencies, ErrorCode
 from axisync_emulator.drive.heartbeat import HeartbeatConsumer, HeartbeatProducer
 from axisync_emulator.drive.motor import Motor
 from axisync_emulator.drive.nmt import NEXT_STATE, NMT_COB_ID, NmtCommand, NmtState, command_for
-from axisync_emulator.drive.object_dictionary import Objects
-from axisync_emulator.drive.objects import bind
-from axisync_emulator.drive.pdo import Rpdo, Tpdo
+from axisync_emulator.drive.object_dictionary import Changed, Key, Objects
+from axisync_emulator.drive.process_data import bind
 from axisync_emulator.drive.profile import Profile
 from axisync_emulator.drive.sdo import SdoService
 from axisync_emulator.drive.specification import DriveSpecification
-from axisync_emulator.drive.sync import SyncConsumer
 from axisync_emulator.segment import Handler, Port
-from axisync_emulator.timers import NEVER
 
-RESPONSE_NS = 20_000
-"""From a SYNC to the PDOs that it triggers."""
-SYNC_SLACK = 1.5
-"""SYNC counts as lost this many periods after the last one that may be missing: it may be late by half a period."""
-_COMMUNICATION_OBJECTS = 0x1000, 0x1FFF
+_COMMUNICATION = 0x1000, 0x1FFF
+_EVERYTHING = 0x1000, 0xFFFF
+_STATE_AFTER_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}
+"""0x1029:1 -> state after a communication error; 1: the same as before."""
 
 
 class Drive:
     """One drive.
 
-    Times are bus times: of the last bit of the frame that is handled, or of the timer that fired. What the drive does
-    depends on nothing else.
+    All times are bus times: of the last bit of the frame that is handled, or of the timer that fired. What the drive
+    does depends on nothing else.
     """
 
     def __init__(self, specification: DriveSpecification, port: Port) -> None:
         self.specification = specification
-        self.node_id = specification.node_id
-        self._port = port
         self.nmt = NmtState.BOOT_UP
-        self.emergencies = Emergencies()
+        self._port = port
+        node_id = self._node_id = specification.node_id
+        self.emergencies = Emergencies(node_id, self._send_emergency)
         self.motor = Motor(specification)
-        self.objects = Objects(self.node_id, _factory(specification))
+        self.objects = Objects(node_id, _factory(specification))
         self.profile = Profile(
-            specification, self.motor, self.emergencies, self.objects.number, port.timer, self._fault, self._reset_done
+            specification, self.motor, self.emergencies, self.objects.number, port.timer, self._fault, self._fault_reset
         )
-        self.sync = SyncConsumer()
-        bind(self)
-        self.rpdo = Rpdo(self.objects, 0x1400)
-        self.tpdos = (Tpdo(self.objects, 0x1800), Tpdo(self.objects, 0x1801))
+        bind(self.objects, self.motor, self.profile, self.emergencies)
+        self.cyclic = Cyclic(port, self.objects, self.profile, self.motor, self.emergencies)
         self._sdo = SdoService(self.objects, port)
-        self._heartbeat = HeartbeatProducer(self.node_id, port, lambda: self.nmt)
+        self._heartbeat = HeartbeatProducer(node_id, port, lambda: self.nmt)
         self._master = HeartbeatConsumer(port, self._master_lost, self._master_back)
-        self._sync_lost = port.timer(self._on_sync_lost)
-        self._rpdo_lost = port.timer(self._on_rpdo_timeout)
-        self._missed = 0
         self._heard: dict[int, Handler] = {}
-        for index in (0x1005, 0x1006, 0x1007, 0x1016, 0x1017, 0x1019, 0x1400, 0x1600, 0x1800, 0x1801, 0x1A00, 0x1A01,
-                      0x2000, 0x6065, 0x6066, 0x607D, 0x60C2):  # fmt: skip
-            self.objects.changed[index] = self._changed(index)
-
-    # Configuration.
+        self.objects.changed.update(self._reactions())
 
     def power_on(self, now: int) -> None:
-        """Boots: sends the boot-up message and is pre-operational."""
-        self._boot(now, 0x1000, 0xFFFF)
+        """Sends the boot-up message; then the drive is pre-operational."""
+        self._boot(now, _EVERYTHING)
 
-    def _boot(self, now: int, first: int, last: int) -> None:
-        self.objects.reset(first, last)
+    def _boot(self, now: int, objects: tuple[int, int]) -> None:
+        self.objects.reset(*objects)
         self.objects.now = now
         self._sdo.restart()
         self.emergencies.active.clear()
         self.nmt = NmtState.PRE_OPERATIONAL
         self._heartbeat.boot_up(now)
-        self._configure(now)
-        self._heartbeat.configure(self.objects.number(0x1017), now)
-        self._master.configure(self.objects.number(0x1016, 1))
-
-    def _changed(self, index: int):  # type: ignore[no-untyped-def]
-        def react(now: int) -> None:
-            if index == 0x1017:
-                self._heartbeat.configure(self.objects.number(0x1017), now)
-            elif index == 0x1016:
-                self._master.configure(self.objects.number(0x1016, 1))
-            else:
-                self._configure(now)
-
-        return react
-
-    def _configure(self, now: int) -> None:
-        """Takes over what the object dictionary says."""
-        number = self.objects.number
-        self._window_ns = number(0x1007) * 1000 or NEVER
-        self._tolerated = number(0x2000)
-        self._lost_ns = round((self._tolerated + SYNC_SLACK) * number(0x1006) * 1000)
-        self.sync.overflow = number(0x1019)
-        self.sync.restart()
         self.profile.configure()
-        self.rpdo.configure()
-        for tpdo in self.tpdos:
-            tpdo.configure()
-        self._listen()
-        if not self._lost_ns:
-            self._sync_lost.cancel()
+        self.cyclic.configure()
+        self._configure_heartbeat(now)
+        self._configure_consumer(now)
+        self._listen(now)
 
-    def _listen(self) -> None:
+    # Configuration.
+
+    def _reactions(self) -> dict[int, Changed]:
+        """What a stored object changes."""
+        cyclic, profile = self.cyclic, self.profile
+
+        def timing(_now: int) -> None:
+            cyclic.configure_timing()
+
+        def counting(_now: int) -> None:
+            cyclic.configure_sync()
+
+        def motion(_now: int) -> None:
+            profile.configure()
+
+        def rpdo(now: int) -> None:
+            cyclic.rpdo.configure()
+            self._listen(now)
+
+        def tpdo(number: int) -> Changed:
+            return lambda _now: cyclic.tpdos[number].configure()
+
+        return {
+            0x1005: self._listen, 0x1006: timing, 0x1007: timing, 0x1016: self._configure_consumer,
+            0x1017: self._configure_heartbeat, 0x1019: counting, 0x1400: rpdo, 0x1600: rpdo, 0x1800: tpdo(0),
+            0x1801: tpdo(1), 0x1A00: tpdo(0), 0x1A01: tpdo(1), 0x2000: timing, 0x6065: motion, 0x6066: motion,
+            0x607D: motion, 0x60C2: motion,
+        }  # fmt: skip
+
+    def _configure_heartbeat(self, now: int) -> None:
+        self._heartbeat.configure(self.objects.number(0x1017), now)
+
+    def _configure_consumer(self, now: int) -> None:
+        self._master.configure(self.objects.number(0x1016, 1))
+        self.emergencies.heal(now, ErrorCode.HEARTBEAT)
+
+    def _listen(self, _now: int) -> None:
         """Sets the acceptance filters."""
         for can_id, handler in self._heard.items():
             self._port.ignore(can_id, handler)
         self._heard = {
             NMT_COB_ID: self._on_nmt,
             self._sdo.request_id: self._on_sdo,
-            self.objects.number(0x1005) & 0x7FF: self._on_sync,
+            self.objects.number(0x1005): self.cyclic.on_sync,
         }
-        if self.rpdo.valid:
-            self._heard[self.rpdo.cob_id] = self._on_rpdo
+        if self.cyclic.rpdo.valid:
+            self._heard[self.cyclic.rpdo.cob_id] = self.cyclic.on_rpdo
         for can_id, handler in self._heard.items():
             self._port.listen(can_id, handler)
+
+    # Network management.
+
+    def _on_nmt(self, data: bytes, now: int) -> None:
+        command = command_for(data, self._node_id)
+        if command is None:
+            return
+        if command is NmtCommand.RESET_NODE:
+            self._enter(NmtState.BOOT_UP, now)
+            self.profile.restart(now)
+            self.emergencies.code = 0
+            self._boot(now, _EVERYTHING)
+        elif command is NmtCommand.RESET_COMMUNICATION:
+            self._enter(NmtState.BOOT_UP, now)
+            self._boot(now, _COMMUNICATION)
+        else:
+            self._enter(NEXT_STATE[command], now)
+
+    def _enter(self, state: NmtState, now: int) -> None:
+        """Leaving OPERATIONAL ends the connection to the master, which 0x6007 answers."""
+        if state is self.nmt:
+            return
+        was_operational = self.nmt is NmtState.OPERATIONAL
+        self.nmt = state
+        if state is NmtState.OPERATIONAL:
+            self.cyclic.start()
+        elif was_operational:
+            self.cyclic.stop()
+            self.profile.abort_connection(now)
+
+    def _on_sdo(self, data: bytes, now: int) -> None:
+        if self.nmt in (NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL):
+            self._sdo.receive(data, now)
+
+    # Errors.
+
+    def _send_emergency(self, can_id: int, data: bytes, now: int) -> None:
+        if self.nmt in (NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL):
+            self._port.send(can_id, data, now)
+
+    def _fault(self, code: ErrorCode, now: int) -> None:
+        self.emergencies.occur(code, now)
+        self.profile.fault(now)
+
+    def _fault_reset(self, now: int) -> None:
+        self.emergencies.code = 0
+        self.emergencies.heal(now, ErrorCode.FOLLOWING_ERROR, ErrorCode.IMPLAUSIBLE_TARGET)
+
+    def _master_lost(self, now: int) -> None:
+        if self.emergencies.occur(ErrorCode.HEARTBEAT, now):
+            self.profile.abort_connection(now)
+            state = _STATE_AFTER_ERROR.get(self.objects.number(0x1029, 1))
+            if state is not None and self.nmt is NmtState.OPERATIONAL:
+                self._enter(state, now)
+
+    def _master_back(self, now: int) -> None:
+        self.emergencies.heal(now, ErrorCode.HEARTBEAT)
+
+
+def _factory(specification: DriveSpecification) -> dict[Key, int]:
+    """Values in which this drive differs from the EDS."""
+    return {
+        (0x1018, 1): specification.vendor_id,
+        (0x1018, 2): specification.product_code,
+        (0x1018, 4): specification.serial,
+        (0x6084, 0): specification.deceleration,
+        (0x6085, 0): specification.deceleration,
+    }

@@ -118,6 +118,11 @@ class Actioner:
             raise Refusal(ErrorCode.NOT_FOUND, "no such move; the newest 1,000 since front's start are kept")
         return report(move, now_ns)
 
+    def progress(self, plan_id: int) -> float | None:
+        """How far a move is, 0..1; None for one not known."""
+        move = self._mover.moves.get(plan_id)
+        return move.progress if move is not None else None
+
     def holders(self, now_ns: int) -> dict[str, str | None]:
         """User who holds each group."""
         held = {name: self.leases.holder(i, now_ns) for i, name in enumerate(self._cell.group_names)}

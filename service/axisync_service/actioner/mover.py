@@ -244,7 +244,7 @@ class Mover:
     def adopt(self, world: World) -> None:
         """After a restart of front: moves that the controller plays or holds are ours again."""
         for view in world.groups:
-            if view.plan_id == 0 or view.slot < 0 or self.moves.known(view.plan_id):
+            if view.plan_id == 0 or view.slot < 0 or self.moves.get(view.plan_id) is not None:
                 continue
             members = tuple(i for i, other in enumerate(world.groups) if other.plan_id == view.plan_id)
             duration = self._ports.plan_duration(view.slot, view.plan_id)

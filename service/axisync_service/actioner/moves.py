@@ -73,9 +73,9 @@ class Moves:
         """The active move of an elementary group."""
         return next((move for move in self.active() if group in move.members), None)
 
-    def known(self, plan_id: int) -> bool:
-        """Whether it is among those kept."""
-        return plan_id in self._moves
+    def get(self, plan_id: int) -> Move | None:
+        """By its number, if it is among those kept."""
+        return self._moves.get(plan_id)
 
     def find(self, move_id: str) -> Move | None:
         """By its name on the wire."""

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 
@@ -11,12 +11,22 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import DriveState, NmtState
 from axisync_schemas.memory import Control, TimingRing, Word
 from axisync_schemas.replies import (
-    BusReport, CycleReport, DriveReport, GroupReport, Info, Percentiles, RecorderReport, State,
+    BusReport,
+    CycleReport,
+    DriveReport,
+    GroupReport,
+    Info,
+    Percentiles,
+    RecorderReport,
+    State,
 )  # fmt: skip
 
 from axisync_service.actioner.moves import move_id_of
 from axisync_service.actioner.requests import MODELS
 from axisync_service.actioner.world import World
+
+Progress = Callable[[int], float | None]
+"""Plan id to progress of the move, 0..1."""
 
 RECORDER_STATES = {0: "not started", 1: "writing", 2: "failing"}
 
@@ -52,13 +62,15 @@ class StateReports:
         self._arms = [Arm.of(group) for group in cell.groups]
         self._bus_index = {bus.name: i for i, bus in enumerate(cell.buses)}
 
-    def state(self, world: World, holders: dict[str, str | None], cycle: CycleReport | None, seq: int) -> State:
+    def state(
+        self, world: World, holders: dict[str, str | None], progress: Progress, cycle: CycleReport | None, seq: int
+    ) -> State:
         """The whole cell at `world.tick`."""
         return State(
             seq=seq,
             tick=world.tick,
             now_s=world.now_s,
-            groups={name: self._group(i, name, world) for i, name in enumerate(self._cell.group_names)},
+            groups={name: self._group(i, name, world, progress) for i, name in enumerate(self._cell.group_names)},
             lease=holders,
             cycle=cycle,
             buses=self._buses(world),
@@ -66,14 +78,14 @@ class StateReports:
             controller="up" if world.up else "down",
         )
 
-    def _group(self, index: int, name: str, world: World) -> GroupReport:
+    def _group(self, index: int, name: str, world: World, progress: Progress) -> GroupReport:
         view = world.groups[index]
         axes = self._cell.axis_indices(name)
         actual = _pick(world.actual, axes)
         return GroupReport(
             state=view.state.label,
             move_id=move_id_of(view.plan_id) if view.plan_id else None,
-            progress=None,
+            progress=progress(view.plan_id),
             path_rate=view.path_rate,
             position=actual,
             velocity=_pick(world.velocity, axes),

@@ -87,13 +87,14 @@ class Recorder:
         return self._file.path if self._file else None
 
     def open(self) -> None:
-        """Opens a file, with what no kernel has yet and each group's newest plan.
+        """Opens a file in the directory, which is made where it is missing, with what no kernel has yet and each group's newest plan.
 
         Raises:
             OSError: it cannot be made or written.
         """
         self._clocks = measure(self._monotonic, self._wall)
         self._reader.rewind()
+        self._directory.mkdir(parents=True, exist_ok=True)
         self._file = LogFile(self._directory, self._cell, self._cell_text, self._clocks)
         self._opened_ns = self._synced_ns = self._clocks.monotonic_ns
         if self._control[Word.RECORDER_STATE] == RecorderState.NOT_STARTED:
@@ -247,9 +248,10 @@ class Recorder:
         if self._failed_ns is not None and now - self._failed_ns < RETRY_NS:
             return
         self._failed_ns = now
-        space = os.statvfs(self._directory)
-        if space.f_bavail * space.f_frsize < MIN_FREE_BYTES:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        if self._directory.exists():
+            space = os.statvfs(self._directory)
+            if space.f_bavail * space.f_frsize < MIN_FREE_BYTES:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         self.open()
 
     def _fail(self, error: OSError) -> None:

@@ -1,7 +1,7 @@
 """A cell that answers over real Zenoh: a router on a loopback port, the real models, and just enough behind them.
 
-Groups are enabled and moved by name alone; moves are timed by the wall, along curves of four equal segments. What a test
-wants to go wrong it says by `refusals`, `deaf` and `ends`.
+Groups are enabled and moved by name alone; moves are timed by the wall, along curves of four equal segments. What a
+test wants to go wrong it says by `refusals`, `deaf` and `end`.
 """
 
 import json

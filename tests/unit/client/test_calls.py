@@ -33,7 +33,9 @@ def test_a_move_on_the_wire() -> None:
     }
 
 
-@pytest.mark.parametrize("call", [calls.stop("all"), calls.acquire(("a",), 2.0, False), calls.release(("a",), "t", 1.0)])
+@pytest.mark.parametrize(
+    "call", [calls.stop("all"), calls.acquire(("a",), 2.0, False), calls.release(("a",), "t", 1.0)]
+)
 def test_stop_and_lease_never_expire(call: calls.Call[calls.R]) -> None:
     assert "not_after_s" not in json.loads(call.payload(12.5))
 

@@ -16,7 +16,7 @@ def test_what_is_so(client: Client, peer: Peer) -> None:
 
 def test_nobody_listens() -> None:
     begin = time.monotonic()
-    with pytest.raises(Unavailable, match="nobody listens at tcp/127.0.0.1:.*axisyncd demo"):
+    with pytest.raises(Unavailable, match=r"nobody listens at tcp/127\.0\.0\.1:.*axisyncd demo"):
         Client(f"127.0.0.1:{free_port()}")
     assert time.monotonic() - begin < 5.0
 
@@ -42,7 +42,7 @@ def test_several_cells_must_be_chosen_from() -> None:
 
 
 def test_a_cell_that_is_not_there(peer: Peer) -> None:
-    with pytest.raises(Unavailable, match="nobody answers .* axisync/lab/info: is axisyncd running"):
+    with pytest.raises(Unavailable, match=r"nobody answers .* axisync/lab/info: is axisyncd running"):
         Client(peer.endpoint, cell="lab")
 
 

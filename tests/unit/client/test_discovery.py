@@ -15,7 +15,7 @@ def test_none() -> None:
 
 
 def test_several_are_named() -> None:
-    with pytest.raises(InvalidArgument, match="lab, west.*AXISYNC_CELL"):
+    with pytest.raises(InvalidArgument, match=r"lab, west.*AXISYNC_CELL"):
         the_cell(["axisync/west/info", "axisync/lab/info"], "tcp/x:1")
 
 

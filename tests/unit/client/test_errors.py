@@ -36,6 +36,12 @@ def test_errors_of_the_client_have_a_body_too() -> None:
 
 def test_a_move_that_did_not_arrive_says_why() -> None:
     report = MoveReport(
-        move_id="m-1", group="both", status=MoveStatus.HELD, progress=0.5, reason="lease lapsed", duration_s=1.0, now_s=0.0
+        move_id="m-1",
+        group="both",
+        status=MoveStatus.HELD,
+        progress=0.5,
+        reason="lapsed",
+        duration_s=1.0,
+        now_s=0.0,
     )
-    assert str(MoveHeld(report)) == "move m-1 of both is held: lease lapsed"
+    assert str(MoveHeld(report)) == "move m-1 of both is held: lapsed"

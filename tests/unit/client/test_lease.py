@@ -66,15 +66,18 @@ def test_a_command_under_a_lost_lease_notices_at_once(client: Client, peer: Peer
 
 
 def test_a_loss_nobody_noticed_is_raised_at_the_end_of_the_block(client: Client, peer: Peer) -> None:
-    with pytest.raises(LeaseLost), client.lease("kingkong", ttl_s=0.3) as lease:
-        peer.leases.clear()
-        wait_until(lambda: lease.lost)
+    lease = client.lease("kingkong", ttl_s=0.3)
+    peer.leases.clear()
+    wait_until(lambda: lease.lost)
+    with pytest.raises(LeaseLost), lease:
+        pass
 
 
 def test_an_error_in_the_block_is_not_hidden_by_the_loss(client: Client, peer: Peer) -> None:
-    with pytest.raises(ZeroDivisionError), client.lease("kingkong", ttl_s=0.3) as lease:
-        peer.leases.clear()
-        wait_until(lambda: lease.lost)
+    lease = client.lease("kingkong", ttl_s=0.3)
+    peer.leases.clear()
+    wait_until(lambda: lease.lost)
+    with pytest.raises(ZeroDivisionError), lease:
         _ = 1 / 0
 
 
@@ -82,14 +85,14 @@ def test_a_daemon_that_dies_ends_the_lease_at_its_time(client: Client, peer: Pee
     lease = client.lease("kingkong", ttl_s=0.5)
     peer.close()
     wait_until(lambda: lease.lost)
-    with pytest.raises(LeaseLost, match="nobody answers|closed"):
+    with pytest.raises(LeaseLost, match="nobody answers"):
         lease.enable()
     peer.open()
 
 
 def test_several_groups_need_a_name(client: Client, peer: Peer) -> None:
     with client.lease(["kingkong", "wukong"]) as lease:
-        with pytest.raises(InvalidArgument, match="kingkong, wukong.*group="):
+        with pytest.raises(InvalidArgument, match=r"kingkong, wukong.*group="):
             lease.enable()
         assert lease.enable("wukong").groups == {"wukong": "standstill"}
         assert set(lease.stop().groups) == {"kingkong", "wukong"}

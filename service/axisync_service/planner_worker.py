@@ -1,0 +1,122 @@
+"""The planner worker: `python -m axisync_service.planner_worker`. Plans one job after the other; may be killed any time."""
+
+import gc
+import logging
+import selectors
+import socket
+import sys
+import time
+from collections.abc import Sequence
+
+from axisync_schemas.cell import Cell
+from axisync_schemas.enumerations import Phase
+from axisync_schemas.errors import ErrorCode, Refusal
+from axisync_schemas.internal import MAX_PACKET, PlanJob, PlanResult
+from axisync_schemas.memory import Control, Word
+from axisync_schemas.plan_slots import PlanError, write_plan
+from pydantic import ValidationError
+
+from axisync_service.planner.joint_move import plan_joint_move
+from axisync_service.process import ProcessContext, start
+
+log = logging.getLogger(__name__)
+
+HEARTBEAT_S = 0.1
+SEND_S = 1.0
+"""A front that does not take an answer for this long is gone."""
+
+
+def solve(cell: Cell, plans: memoryview, job: PlanJob) -> PlanResult:
+    """Plans `job` and writes the plan into its slot. Every fault becomes an answer."""
+    try:
+        planned = plan_joint_move(cell, job)
+        if planned.plan is not None and job.slot is not None:
+            write_plan(plans, job.slot, planned.plan)
+        return PlanResult(ref=job.ref, plan=planned.reply)
+    except Refusal as refusal:
+        return PlanResult(ref=job.ref, error=refusal.body())
+    except PlanError as error:
+        return PlanResult(ref=job.ref, error=Refusal(ErrorCode.INTERNAL, str(error)).body())
+    except Exception as error:
+        log.exception("planning failed group=%s plan_id=%d", job.group, job.plan_id)
+        message = f"planning failed: {type(error).__name__}"
+        return PlanResult(ref=job.ref, error=Refusal(ErrorCode.INTERNAL, message).body())
+
+
+class Worker:
+    """Accepts front, reads jobs, answers them in order."""
+
+    def __init__(self, cell: Cell, control: Control, plans: memoryview, listening: socket.socket) -> None:
+        self._cell = cell
+        self._control = control
+        self._plans = plans
+        self._listening = listening
+        listening.setblocking(False)
+        listening.listen(4)  # Again, in this process: whoever connects then sees this process id (unix(7), SO_PEERCRED).
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(listening, selectors.EVENT_READ, self._accept)
+
+    def step(self) -> None:
+        """One wait of at most `HEARTBEAT_S`, and what came of it."""
+        self._control[Word.PLANNER_NS] = time.monotonic_ns()
+        for key, _ in self._selector.select(HEARTBEAT_S):
+            key.data(key.fileobj)
+
+    def close(self) -> None:
+        """Closes all connections."""
+        for key in list(self._selector.get_map().values()):
+            if isinstance(key.fileobj, socket.socket):
+                key.fileobj.close()
+        self._selector.close()
+
+    def _accept(self, listening: socket.socket) -> None:
+        try:
+            connection, _ = listening.accept()
+        except BlockingIOError:
+            return
+        connection.settimeout(SEND_S)
+        self._selector.register(connection, selectors.EVENT_READ, self._receive)
+
+    def _receive(self, connection: socket.socket) -> None:
+        try:
+            packet = connection.recv(MAX_PACKET)
+            if packet:
+                self._answer(connection, packet)
+                return
+        except OSError as error:
+            log.warning("front lost error=%r", error)
+        self._selector.unregister(connection)
+        connection.close()
+
+    def _answer(self, connection: socket.socket, packet: bytes) -> None:
+        try:
+            job = PlanJob.model_validate_json(packet)
+        except ValidationError as error:
+            log.error("job=malformed errors=%d", error.error_count())
+            return
+        connection.send(solve(self._cell, self._plans, job).model_dump_json().encode())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Works until the service stops."""
+    context = start("planner", arguments)
+    worker = make_worker(context)
+    gc.collect()
+    gc.freeze()
+    try:
+        while context.phase() is Phase.RUNNING:
+            worker.step()
+    finally:
+        worker.close()
+    return 0
+
+
+def make_worker(context: ProcessContext) -> Worker:
+    """The worker on what the supervisor passed."""
+    plans = memoryview(context.regions["plans"].map())
+    listening = socket.socket(fileno=context.sockets["planner_listen"])
+    return Worker(context.cell, context.control, plans, listening)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
