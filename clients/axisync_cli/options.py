@@ -92,7 +92,7 @@ def hoist(arguments: Sequence[str]) -> list[str]:
             return [*front, *kept, word, *rest]
         if word in GLOBAL and rest:
             front += [word, rest.pop(0)]
-        elif word.split("=", 1)[0] in GLOBAL:
+        elif "=" in word and word.split("=", 1)[0] in GLOBAL:
             front.append(word)
         else:
             kept.append(word)

@@ -1,6 +1,7 @@
 """state, watch, events, lease: looking, without touching."""
 
 import json
+from datetime import datetime
 
 import typer
 from axisync_schemas.replies import Event
@@ -64,7 +65,14 @@ def lease(context: typer.Context, as_json: Json = False) -> None:
 
 
 def _line(event: Event) -> Text:
-    """`12:00:01.500 controller kingkong move_started: message`."""
+    """`12:00:01.500 controller kingkong move_started: message`, in local time."""
     about = f" {event.group}" if event.group else ""
-    text = f"{event.wall_time} {event.source}{about} {event.kind}: {event.message}"
+    text = f"{_local_time(event.wall_time)} {event.source}{about} {event.kind}: {event.message}"
     return Text(text, style=_STYLES.get(event.severity, ""))
+
+
+def _local_time(stamp: str) -> str:
+    try:
+        return datetime.fromisoformat(stamp).astimezone().strftime("%H:%M:%S.%f")[:-3]
+    except ValueError:
+        return stamp

@@ -1,55 +1,49 @@
-"""The loop in lock-step: time moves when everyone waits, as far as someone waits for. A run is a function of its inputs."""
+"""The loop in lock-step: time moves when everyone waits, as far as someone waits for."""
 
 import select
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
+from axisync_emulator.linux import StopRequest
 from axisync_emulator.simcan.hub import Hub
 from axisync_emulator.simcan.time_server import TimeServer
 
-_POLL_S = 0.5
-"""How soon a request to stop is seen by a loop that nothing else wakes."""
 
-
-def run_lock_step(hubs: Sequence[Hub], times: TimeServer, stopping: Callable[[], bool]) -> None:
-    """Serves until `stopping()`."""
-    while not stopping():
-        _listen(hubs, times)
+def run_lock_step(hubs: Sequence[Hub], times: TimeServer, stop: StopRequest) -> None:
+    """Serves until a stop is requested."""
+    while not stop.requested:
+        _listen(hubs, times, stop)
         if times.all_wait:
             for hub in hubs:
                 hub.drain()
             _advance(hubs, times)
 
 
-def _listen(hubs: Sequence[Hub], times: TimeServer) -> None:
-    """Waits for someone to say something; frames of others are taken in on the way, so that their sockets never fill."""
-    clients = [(hub, client) for hub in hubs for client in hub.clients]
-    sources = [times.listener, *times.participants, *(hub.listener for hub in hubs), *(client for _, client in clients)]
-    readable = set(select.select(sources, [], [], _POLL_S)[0])
+def _listen(hubs: Sequence[Hub], times: TimeServer, stop: StopRequest) -> None:
+    """Waits for someone to say something; takes frames in at once, so that no socket fills."""
+    descriptors = [stop.fileno(), times.listener.fileno(), *(p.fileno() for p in times.participants)]
     for hub in hubs:
-        if hub.listener in readable:
-            hub.accept()
-    if times.listener in readable:
+        descriptors += hub.descriptors
+    readable = set(select.select(descriptors, [], [])[0])
+    for hub in hubs:
+        hub.receive(readable)
+    if times.listener.fileno() in readable:
         times.accept()
     for participant in tuple(times.participants):
-        if participant in readable:
+        if participant.fileno() in readable:
             times.read(participant)
-    for hub, client in clients:
-        if client in readable:
-            hub.read(client)
 
 
 def _advance(hubs: Sequence[Hub], times: TimeServer) -> None:
     target, wakeable = times.earliest, times.wakeable
     woken: frozenset[int] = frozenset()
     if wakeable:
-        now, woken = _advance_until_frame(hubs, target, wakeable)
+        target, woken = _advance_until_frame(hubs, target, wakeable)
     else:
-        now = target
         for hub in hubs:
             hub.advance(target)
     for hub in hubs:
         hub.flush()
-    times.grant(now, woken)
+    times.grant(target, woken)
 
 
 def _advance_until_frame(hubs: Sequence[Hub], target: int, wakeable: frozenset[int]) -> tuple[int, frozenset[int]]:

@@ -9,6 +9,13 @@ Handler = Callable[[bytes, int], None]
 """Takes a frame's data and the time ns of its last bit."""
 
 
+class FrameLog(Protocol):
+    """Is told every frame of a bus, e.g. `axisync_emulator.candump.Candump`."""
+
+    def write(self, bus: str, can_id: int, data: bytes, now: int) -> None:
+        """A frame whose last bit was sent at `now` ns."""
+
+
 class Port(Protocol):
     """What a drive needs of its bus, whatever the bus is made of."""
 

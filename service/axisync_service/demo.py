@@ -11,7 +11,7 @@ from pathlib import Path
 
 from axisync_schemas.cell import Cell
 
-EMULATOR_READY_S = 20.0
+EMULATOR_PRIORITY = 60
 P1_DEG = (0, -150, 60, -45, -45, 45)
 P2_DEG = (100, -90, -60, -120, 45, 45)
 """KingKong's start and end positions of the paper, V.B.1."""
@@ -71,6 +71,9 @@ class Emulators:
             if process.stdout.readline().strip() != "ready":
                 self.stop()
                 raise EmulatorFailed(f"the emulated drives did not start (exit code {process.returncode})")
+            # Real drives do not wait for a scheduler. Below the controller, above everything else; where permitted.
+            with contextlib.suppress(PermissionError):
+                os.sched_setscheduler(process.pid, os.SCHED_FIFO, os.sched_param(EMULATOR_PRIORITY))
 
     def stop(self) -> None:
         """Ends them."""

@@ -1,7 +1,7 @@
 """The front process: `python -m axisync_service.front`. One thread, the actor, beside those of Zenoh.
 
-Its loop waits for commands and queries (an eventfd), the controller's and the planner's sockets, and timers. Nothing in it
-blocks, and no step should take more than 1 ms.
+Its loop waits for commands and queries (an eventfd), the controller's and the planner's sockets, and timers. Nothing
+in it blocks, and no step should take more than 1 ms.
 """
 
 import gc
@@ -48,6 +48,7 @@ SWITCH_INTERVAL_S = 0.0005
 HOUSEKEEPING_S = 0.02
 HELD_POLL_S = 0.001
 ITEMS_AT_ONCE = 16
+FRESH_TICKS = 2
 TICKS_AT_ONCE = 100
 """More than this were not published in time; only the newest are."""
 PATIENCE_NS = 5 * 10**9
@@ -79,8 +80,11 @@ class Front:
         self._published_tick = control[Word.CONTROLLER_TICK]
         self._cycle: CycleReport | None = None
         self._stopping_since: int | None = None
+        self._state_bytes, self._state_ns = b"", 0
         plans = context.regions["plans"].map(writable=False)
-        effects = Effects(control, plans, self._controller, self._planner, self._sink, self._publish_event, context.parent)
+        effects = Effects(
+            control, plans, self._controller, self._planner, self._sink, self._publish_event, context.parent
+        )
         self._effects = effects
         stop_reader, _ = self._make_reader()
         stop = StopHandler(cell, control, lambda: stop_reader.read(time.monotonic_ns(), Phase.RUNNING, 0))
@@ -170,7 +174,7 @@ class Front:
     def _answer(self, ask: Ask) -> Answer:
         try:
             if ask.name == "state":
-                return Answer(self._state(self._sequence[topics.STATE]), is_error=False)
+                return Answer(self._recent_state(), is_error=False)
             if ask.name == "info":
                 text = info(self._context.cell, str(self._context.log_dir)).model_dump_json()
                 return Answer(text.encode(), is_error=False)
@@ -253,7 +257,15 @@ class Front:
     def _state(self, seq: int) -> bytes:
         world = self._look()
         holders = self.actioner.holders(world.now_ns)
-        return self._reports.state(world, holders, self.actioner.progress, self._cycle, seq).model_dump_json().encode()
+        state = self._reports.state(world, holders, self.actioner.progress, self._cycle, seq)
+        self._state_bytes, self._state_ns = state.model_dump_json().encode(), world.now_ns
+        return self._state_bytes
+
+    def _recent_state(self) -> bytes:
+        """For queries: made again only where it is older than two ticks, so that a flood of them costs little."""
+        if time.monotonic_ns() - self._state_ns <= FRESH_TICKS * self._context.cell.period_ns:
+            return self._state_bytes
+        return self._state(self._sequence[topics.STATE])
 
     def _publish_cycle(self) -> None:
         control = self._context.control
@@ -286,7 +298,7 @@ def _object(body: bytes) -> dict[str, object] | None:
 
 
 def _first_plan_id() -> int:
-    """From the wall clock, so that ids go on growing over restarts, and below 2^53, so that JSON carries them exactly."""
+    """From the wall clock: ids go on growing over restarts, and stay below 2^53, which JSON carries exactly."""
     return time.time_ns() // 1_000_000 * 1000
 
 

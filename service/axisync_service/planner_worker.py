@@ -1,7 +1,8 @@
-"""The planner worker: `python -m axisync_service.planner_worker`. Plans one job after the other; may be killed any time."""
+"""The planner worker: `python -m axisync_service.planner_worker`. Plans one job after the other; may be killed."""
 
 import gc
 import logging
+import mmap
 import selectors
 import socket
 import sys
@@ -26,7 +27,7 @@ SEND_S = 1.0
 """A front that does not take an answer for this long is gone."""
 
 
-def solve(cell: Cell, plans: memoryview, job: PlanJob) -> PlanResult:
+def solve(cell: Cell, plans: mmap.mmap, job: PlanJob) -> PlanResult:
     """Plans `job` and writes the plan into its slot. Every fault becomes an answer."""
     try:
         planned = plan_joint_move(cell, job)
@@ -46,13 +47,14 @@ def solve(cell: Cell, plans: memoryview, job: PlanJob) -> PlanResult:
 class Worker:
     """Accepts front, reads jobs, answers them in order."""
 
-    def __init__(self, cell: Cell, control: Control, plans: memoryview, listening: socket.socket) -> None:
+    def __init__(self, cell: Cell, control: Control, plans: mmap.mmap, listening: socket.socket) -> None:
         self._cell = cell
         self._control = control
         self._plans = plans
         self._listening = listening
         listening.setblocking(False)
-        listening.listen(4)  # Again, in this process: whoever connects then sees this process id (unix(7), SO_PEERCRED).
+        # Again, in this process: whoever connects from now on sees this process's id (unix(7), SO_PEERCRED).
+        listening.listen(4)
         self._selector = selectors.DefaultSelector()
         self._selector.register(listening, selectors.EVENT_READ, self._accept)
 
@@ -113,7 +115,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def make_worker(context: ProcessContext) -> Worker:
     """The worker on what the supervisor passed."""
-    plans = memoryview(context.regions["plans"].map())
+    plans = context.regions["plans"].map()
     listening = socket.socket(fileno=context.sockets["planner_listen"])
     return Worker(context.cell, context.control, plans, listening)
 

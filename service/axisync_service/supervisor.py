@@ -3,6 +3,7 @@
 import contextlib
 import datetime
 import logging
+import os
 import select
 import signal
 import socket
@@ -72,6 +73,8 @@ class Supervisor:
             self._stop()
             self._here.close()
             self._locks.release()
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            os.close(signal.set_wakeup_fd(-1))
             wake.close()
         return 1 if self._failed else 0
 

@@ -15,7 +15,7 @@ from axisync_schemas.ticks import Records, TickLayout
 from axisync_schemas.topics import LOG_EVENTS, LOG_PLANS, LOG_REQUESTS, LOG_SETPOINTS
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Chunk, Footer, McapRecord, Metadata
+from mcap.records import Attachment, Chunk, McapRecord, Metadata
 from mcap.stream_reader import StreamReader
 
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
@@ -124,25 +124,28 @@ def _unique(records: Records, times: Any) -> tuple[Records, Any, int]:
 
 def _read_file(path: Path, reading: _Reading) -> None:
     channels: dict[int, str] = {}
-    ended = False
     with path.open("rb") as stream:
-        for record in _records(stream):
+        for record in _records(stream, reading):
             if isinstance(record, Attachment):
                 _attachment(record, reading)
             elif isinstance(record, Metadata):
                 reading.metadata[record.name] = dict(record.metadata)
             elif isinstance(record, Chunk):
                 _chunk(record, channels, reading)
-            ended = ended or isinstance(record, Footer)
-    reading.complete = reading.complete and ended
 
 
-def _records(stream: Any) -> Iterator[McapRecord]:
+def _records(stream: Any, reading: _Reading) -> Iterator[McapRecord]:
     """Until the end, wherever that is."""
-    try:
-        yield from StreamReader(stream, emit_chunks=True, record_size_limit=64 * 1024 * 1024).records
-    except (McapError, struct.error, EOFError):
-        return
+    records = StreamReader(stream, emit_chunks=True, record_size_limit=64 * 1024 * 1024).records
+    while True:
+        try:
+            record = next(records)
+        except StopIteration:
+            return
+        except (McapError, struct.error, EOFError):
+            reading.complete = False
+            return
+        yield record
 
 
 def _attachment(record: Attachment, reading: _Reading) -> None:

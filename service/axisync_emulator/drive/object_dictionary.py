@@ -43,7 +43,8 @@ logging.getLogger("canopen").propagate = False
 @cache
 def _dictionary() -> canopen.ObjectDictionary:
     """For node 0, shared by all drives: values live in the nodes."""
-    return import_eds(io.StringIO(drive_eds_text()), 0)
+    dictionary: canopen.ObjectDictionary = import_eds(io.StringIO(drive_eds_text()), 0)  # type: ignore[no-untyped-call]
+    return dictionary
 
 
 class Objects(canopen.LocalNode):
@@ -57,6 +58,7 @@ class Objects(canopen.LocalNode):
 
     def __init__(self, node_id: int, factory: dict[Key, int]) -> None:
         super().__init__(node_id, _dictionary())
+        self.node_id = node_id
         self.now = 0
         self.readers: dict[Key, Reader] = {}
         self.writers: dict[Key, Writer] = {}
@@ -69,7 +71,7 @@ class Objects(canopen.LocalNode):
     def _own_identifiers(self) -> dict[Key, int]:
         """Defaults that contain the node id."""
         variables = [v for entry in self.object_dictionary.values() for v in _members(entry)]
-        return {(v.index, v.subindex): (v.default or 0) + self.id for v in variables if v.relative}
+        return {(v.index, v.subindex): (v.default or 0) + self.node_id for v in variables if v.relative}
 
     def reset(self, first: int = 0x1000, last: int = 0xFFFF) -> None:
         """Power-on values of the objects first..last: the saved ones, else the factory's."""
@@ -98,7 +100,8 @@ class Objects(canopen.LocalNode):
         # Not `sub in entry`: an array of canopen's invents the members that it lacks.
         if sub not in entry.subindices:
             raise canopen.SdoAbortedError(NO_SUB_INDEX)
-        return entry.subindices[sub]
+        variable: ODVariable = entry.subindices[sub]
+        return variable
 
     def number(self, index: int, sub: int = 0) -> int:
         """The stored or default value of a configuration object."""

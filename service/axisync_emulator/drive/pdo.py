@@ -1,4 +1,4 @@
-"""PDOs as the object dictionary configures them: identifiers, transmission types, mapping (CiA 301, 7.2.2, 7.5.2.35-38)."""
+"""PDOs as the object dictionary configures them: identifiers, types, mapping (CiA 301, 7.2.2 and 7.5.2.35 to 38)."""
 
 import struct
 from collections.abc import Callable
@@ -30,7 +30,7 @@ _COB_ID, _TYPE, _INHIBIT, _EVENT, _SYNC_START = 1, 2, 3, 5, 6
 
 # Identifiers that no PDO may have (CiA 301, table 'Restricted CAN-IDs').
 _RESTRICTED = (
-    range(0x000, 0x080), range(0x101, 0x181), range(0x581, 0x600), range(0x601, 0x680), range(0x6E0, 0x700),
+    range(0x080), range(0x101, 0x181), range(0x581, 0x600), range(0x601, 0x680), range(0x6E0, 0x700),
     range(0x701, 0x800),
 )  # fmt: skip
 

@@ -40,7 +40,7 @@ class SdoService:
     @property
     def request_id(self) -> int:
         """COB-ID of requests."""
-        return 0x600 + self._objects.id
+        return 0x600 + self._objects.node_id
 
     def restart(self) -> None:
         """No transfer is open."""
@@ -53,10 +53,10 @@ class SdoService:
         self._objects.now = now
         segment = data[0] & 0xE0 in _SEGMENTS
         if segment and not self._initiated:
-            self.answer(0x580 + self._objects.id, _INVALID_COMMAND.pack(0x80, 0, 0, 0x05040001))
+            self.answer(0x580 + self._objects.node_id, _INVALID_COMMAND.pack(0x80, 0, 0, 0x05040001))
             return
         self._initiated = True
-        self._objects.sdo.on_request(self.request_id, bytearray(data), now * 1e-9)
+        self._objects.sdo.on_request(self.request_id, bytearray(data), now * 1e-9)  # type: ignore[no-untyped-call]
 
     def answer(self, can_id: int, data: bytes) -> None:
         """Called by the server."""

@@ -10,8 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from axisync_emulator.candump import Candump
-from axisync_emulator.segment import Listeners, Port, Station
+from axisync_emulator.segment import FrameLog, Listeners, Port, Station
 from axisync_emulator.simcan.listening import listen_at
 from axisync_emulator.simcan.medium import Medium
 from axisync_emulator.simcan.protocol import FRAME, PACKET_MAX, Hello, ProtocolError, unpack_frames, widen
@@ -40,10 +39,6 @@ class Client:
         self.malformed = 0
         self.pid = peer_pid(sock)
 
-    def fileno(self) -> int:
-        """For select."""
-        return self.sock.fileno()
-
     def flush(self) -> None:
         """Sends what has gathered; a reader that is too slow loses it."""
         packets, self.outgoing = self.outgoing, b""
@@ -67,18 +62,17 @@ class Hub:
     """
 
     def __init__(self, name: str, path: Path, bitrate: float, *, clock: Callable[[], int] = time.monotonic_ns,
-                 time_socket: Path | None = None, candump: Candump | None = None) -> None:  # fmt: skip
+                 time_socket: Path | None = None, log: FrameLog | None = None) -> None:  # fmt: skip
         self.name = name
         self.path = path
         self.medium = Medium(bitrate)
         self.timers = Timers()
         self.listener = listen_at(path)
         self.clients: list[Client] = []
-        self.lost = 0
-        self.malformed = 0
+        self._lost = 0
         self._listeners = Listeners()
         self._clock = clock
-        self._candump = candump
+        self._log = log
         self._hello = Hello(name, bitrate, str(time_socket) if time_socket else None).pack()
 
     def attach(self) -> Port:
@@ -101,6 +95,17 @@ class Hub:
                 continue
             self.clients.append(Client(sock, self.medium.attach()))
 
+    @property
+    def descriptors(self) -> list[int]:
+        """Readable when someone connects or sends."""
+        return [self.listener.fileno(), *(client.sock.fileno() for client in self.clients)]
+
+    def receive(self, readable: set[int]) -> None:
+        """Takes whoever has connected, and everything that has been sent."""
+        if self.listener.fileno() in readable:
+            self.accept()
+        self.drain()
+
     def drain(self) -> None:
         """Queues everything that clients have sent."""
         for client in tuple(self.clients):
@@ -118,7 +123,8 @@ class Hub:
             except OSError:
                 packet = b""
             if not packet:
-                return self._drop(client)
+                self._drop(client)
+                return
             now = self._clock()
             try:
                 for at, can_id, data in unpack_frames(packet):
@@ -129,9 +135,13 @@ class Hub:
     def _drop(self, client: Client) -> None:
         # What it has sent is on its way, as from a node that is unplugged after its last frame.
         self.clients.remove(client)
-        self.lost += client.lost
-        self.malformed += client.malformed
+        self._lost += client.lost
         client.sock.close()
+
+    @property
+    def lost(self) -> int:
+        """Frames that clients were too slow to take."""
+        return self._lost + sum(client.lost for client in self.clients)
 
     @property
     def next_event(self) -> int:
@@ -179,8 +189,8 @@ class Hub:
             for client in self.clients:
                 if client.source != source:
                     client.outgoing += packed
-        if self._candump:
-            self._candump.write(self.name, can_id, data, now)
+        if self._log:
+            self._log.write(self.name, can_id, data, now)
         self._listeners.deliver(can_id, data, now, source)
 
     def flush(self) -> None:

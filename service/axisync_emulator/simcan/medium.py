@@ -36,7 +36,9 @@ class Medium:
         self.completion = NEVER
         self.frame: Pending = (0, 0, b"")
         self.source = -1
+        self._began = NEVER
         self.bits = 0
+        """Sent so far, with stuffing and interframe space."""
         self.frames = 0
 
     def attach(self) -> int:
@@ -70,6 +72,8 @@ class Medium:
     def start(self) -> None:
         """Puts the winner of the arbitration at `next_start` on the wire."""
         now = self.now = self.next_start
+        if not self.frames:
+            self._began = now
         waiting, contending = self._waiting, self._contending
         while waiting and waiting[0][0] <= now:
             _, source, key = heappop(waiting)
@@ -85,6 +89,12 @@ class Medium:
         self._free_at = now + round((bits + INTERFRAME_BITS) * self._bit_ns)
         self.bits += bits + INTERFRAME_BITS
         self.frames += 1
+
+    @property
+    def load(self) -> float:
+        """Share of the time since the first frame in which the bus was busy."""
+        elapsed = max(self.now, self._free_at) - self._began
+        return self.bits * self._bit_ns / elapsed if elapsed > 0 else 0.0
 
     def finish(self) -> None:
         """Takes the frame, complete now, off the wire; it stays in `frame` until the next one starts."""

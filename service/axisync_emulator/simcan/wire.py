@@ -31,7 +31,7 @@ def _crc_step(register: int, bits: int, count: int) -> int:
 
 
 def _stuff_step(state: int, bits: int, count: int) -> tuple[int, int]:
-    """The stuffing state after `count` bits, and the stuff bits among them; state = 8 * last bit + its run (0: none)."""
+    """The state after `count` bits, and the stuff bits among them; state = 8 * last bit + its run (0: none)."""
     last, run, stuffed = state >> 3, state & 7, 0
     for i in range(count - 1, -1, -1):
         bit = (bits >> i) & 1

@@ -168,7 +168,11 @@ class Actioner:
                 self._released(lease, groups)
         expires_in_s = request.ttl_s if request.action != "release" else 0.0
         reply = LeaseReply(
-            request_id=call.request_id, now_s=world.now_s, lease=lease.token, epoch=lease.epoch, expires_in_s=expires_in_s
+            request_id=call.request_id,
+            now_s=world.now_s,
+            lease=lease.token,
+            epoch=lease.epoch,
+            expires_in_s=expires_in_s,
         )
         self._desk.reply(call, reply, now_ns)
 

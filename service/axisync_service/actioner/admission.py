@@ -1,6 +1,7 @@
 """What may be done now. Each check refuses with the value, the bound and, where there is one, the fix."""
 
 import math
+from typing import NoReturn
 
 from axisync_schemas.cell import Axis, Cell
 from axisync_schemas.commands import JointMove
@@ -81,8 +82,10 @@ def check_target(axes: tuple[Axis, ...], move: JointMove, start: tuple[float, ..
             _refuse_target(axis, value, low if value < low else high)
 
 
-def _refuse_target(axis: Axis, value: float, bound: float) -> None:
-    message = f"{axis.name}: target {math.degrees(value):.6g} deg is beyond the soft limit {math.degrees(bound):.6g} deg"
+def _refuse_target(axis: Axis, value: float, bound: float) -> NoReturn:
+    message = (
+        f"{axis.name}: target {math.degrees(value):.6g} deg is beyond the soft limit {math.degrees(bound):.6g} deg"
+    )
     raise Refusal(
         ErrorCode.SOFT_LIMIT, message, axis=axis.name, value=value, bound=bound, limits=list(axis.soft_limits),
         nearest_allowed=bound,

@@ -89,7 +89,35 @@ class Desk:
         """A command that is no request."""
         self.reject(incoming, refusal, refusal.request_id, now_ns)
 
-    def _masked(body: dict[str, Any]) -> dict[str, Any]:
+    def _record(self, call: Call, now_ns: int, reply: Reply | None = None, error: ErrorBody | None = None) -> None:
+        body = _masked(call.request.model_dump(mode="json", by_alias=True))
+        self._log(call.user, call.verb, call.request_id, body, call.received_ns, now_ns, reply, error)
+
+    def _log(
+        self, user: str, verb: str, request_id: str | None, body: dict[str, Any] | None, received_ns: int,
+        now_ns: int, reply: Reply | None = None, error: ErrorBody | None = None,
+    ) -> None:  # fmt: skip
+        entry = RequestLog(
+            request_id=request_id,
+            user=user,
+            verb=verb,
+            body=body,
+            received_s=received_ns / 1e9,
+            answered_s=now_ns / 1e9,
+            reply=_masked(reply.model_dump(mode="json")) if reply is not None else None,
+            error=error,
+        )
+        self._ports.log(LOG_REQUESTS, entry.model_dump(mode="json"))
+
+    def _tell(self, user: str, verb: str, refusal: Refusal, request_id: str | None, now_ns: int) -> None:
+        if not self._refusal_events.allow(user, now_ns):
+            return
+        message = f"{verb} refused: {refusal.code}: {refusal.message}"
+        details = {"user": user, "verb": verb, "code": str(refusal.code), "request_id": request_id}
+        self._ports.notice(Notice(EventKind.REQUEST_REFUSED, message, severity="warning", details=details))
+
+
+def _masked(body: dict[str, Any]) -> dict[str, Any]:
     """Without the rest of a lease token: who reads the log must not get the lease."""
     token = body.get("lease")
     return body | {"lease": f"{token[:_TOKEN_SHOWN]}..."} if isinstance(token, str) else body

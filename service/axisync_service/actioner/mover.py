@@ -1,7 +1,8 @@
 """`move` and `plan`: admission, planning, and handing the plan to the controller.
 
-The life of a move: admitted -> planned -> checked again -> begun -> accepted (the reply) -> `moves`. Planning takes time in
-which a lease may be lost or a stop may come; so what was true at admission is checked again, here and by the controller.
+The life of a move: admitted -> planned -> checked again -> begun -> accepted (the reply) -> `moves`. Planning takes
+time, in which a lease may be lost or a stop may come; so what was true at admission is checked again, here and by the
+controller.
 """
 
 from dataclasses import dataclass
@@ -257,7 +258,9 @@ class Mover:
 
     def _name(self, members: tuple[int, ...]) -> str:
         names = [*self._cell.group_names, *(compound.name for compound in self._cell.compounds)]
-        return next((name for name in names if self._cell.members(name) == members), "+".join(names[m] for m in members))
+        return next(
+            (name for name in names if self._cell.members(name) == members), "+".join(names[m] for m in members)
+        )
 
     def _current(self) -> World:
         assert self._world is not None, "observe() comes first"

@@ -26,7 +26,9 @@ class Door:
         """
         user = None if is_wildcard(key) else user_of(key)
         if user is None:
-            raise Refusal(ErrorCode.INVALID_REQUEST, "a command names its cell, user and verb, without wildcards", key=key)
+            raise Refusal(
+                ErrorCode.INVALID_REQUEST, "a command names its cell, user and verb, without wildcards", key=key
+            )
         if user != ANONYMOUS:
             message = f"without authentication the only user is {ANONYMOUS!r}"
             raise Refusal(ErrorCode.NOT_AUTHORISED, message, user=user)

@@ -36,7 +36,7 @@ class Inbox(Generic[T]):
             os.eventfd_read(self._event)
         except BlockingIOError:
             return []
-        items = []
+        items: list[T] = []
         while self._items and len(items) < most:
             items.append(self._items.popleft())
         if self._items:

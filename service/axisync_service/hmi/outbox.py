@@ -1,4 +1,4 @@
-"""Sends replies and samples from a thread of its own: a client that does not read can hold up this one, not the actor."""
+"""Sends replies and samples from a thread of its own: a client that does not read holds up this one, not the actor."""
 
 import logging
 import queue

@@ -28,6 +28,9 @@ ENCODINGS = {"json": "application/json", "protobuf": "application/protobuf"}
 PRIORITIES = {topics.EVENTS.name: zenoh.Priority.DATA}
 """Priority of each topic; the others' is DATA_LOW, so that telemetry never stands before a reply."""
 
+ASKERS = "all queries"
+"""Queries carry no user; they share one rate."""
+
 Stop = Callable[[bytes], Answer]
 
 
@@ -55,9 +58,11 @@ class Server:
     def _declare(self) -> None:
         name, declare = self._cell.name, self._session.declare_queryable
         self._queryables = [
-            declare(keys.command(name, "*", verb), self._guarded(self._on_stop if verb == "stop" else self._on_command(verb)))
+            declare(keys.command(name, "*", verb), self._guarded(self._on_command(verb)))
             for verb in keys.VERBS
+            if verb != "stop"
         ]
+        self._queryables.append(declare(keys.command(name, "*", "stop"), self._guarded(self._on_stop)))
         for topic, handler in (
             ("state", self._on_ask("state")), ("info", self._on_ask("info")), ("moves/*", self._on_ask("moves")),
             ("config", self._on_static("config")), ("schema/*", self._on_static("schema")),
@@ -99,7 +104,7 @@ class Server:
 
     def _close_session(self) -> None:
         with contextlib.suppress(zenoh.ZError):
-            self._session.close()
+            self._session.close()  # type: ignore[no-untyped-call]
 
     # --- callbacks: in Zenoh's threads --------------------------------------------------------------------------
 
@@ -162,8 +167,12 @@ class Server:
                 respond = self._respond(query, key)
             else:
                 rest, respond = "", self._respond(query, keys.topic(self._cell.name, name))
-            if not self.inbox.put(Ask(name, rest, respond)):
-                respond(_refused(_full().body()))
+            try:
+                self._door.check_rate(ASKERS, time.monotonic_ns())
+                if not self.inbox.put(Ask(name, rest, respond)):
+                    raise _full()
+            except Refusal as refusal:
+                respond(_refused(refusal.body()))
 
         return handler
 

@@ -103,7 +103,7 @@ class Effects:
 
 
 def kill_worker(pid: int, parent: int) -> bool:
-    """Kills the planner worker `pid`, if that is what it is; the descriptor rules out that the number was given anew."""
+    """Kills the planner worker `pid`, if it is one; the descriptor rules out that the number was given anew."""
     try:
         descriptor = os.pidfd_open(pid)
     except OSError:

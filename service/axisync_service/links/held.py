@@ -1,7 +1,7 @@
 """Messages of the controller, held until the tick record shows what they say.
 
-The controller decides in tick k what record k + 1 shows. Who is told "ended" and asks for the next move at once must not
-be refused because the newest record still shows the last one.
+The controller decides in tick k what record k + 1 shows. Who is told "ended" and asks for the next move at once must
+not be refused because the newest record still shows the last one.
 """
 
 from collections import deque

@@ -14,7 +14,8 @@ class LogSink:
     """Sends `LogEntry` packets.
 
     Attributes:
-        lost: entries that did not fit since the last that did.
+        lost: entries that did not fit, until `take_lost`.
+        failing: the last entry did not fit.
     """
 
     def __init__(self, descriptor: int | None) -> None:
@@ -22,6 +23,7 @@ class LogSink:
         if self._socket is not None:
             self._socket.setblocking(False)
         self.lost = 0
+        self.failing = False
 
     def send(self, topic: str, data: dict[str, Any], slot: int | None = None, plan_id: int | None = None) -> bool:
         """Sends an entry; False where it was lost."""
@@ -36,16 +38,18 @@ class LogSink:
         except OSError as error:
             self._count(topic, error)
             return False
+        self.failing = False
         return True
 
     def take_lost(self) -> int:
-        """How many were lost since this was last asked."""
+        """How many were lost since this was last asked and the log worked again; 0 while it does not."""
+        if self.failing:
+            return 0
         lost, self.lost = self.lost, 0
         return lost
 
     def _count(self, topic: str, error: OSError) -> None:
-        if self.lost == 0:
+        if not self.failing:
             log.warning("log entry lost topic=%s error=%r", topic, str(error))
+        self.failing = True
         self.lost += 1
-
-

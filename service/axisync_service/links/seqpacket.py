@@ -1,4 +1,4 @@
-"""A non-blocking AF_UNIX SOCK_SEQPACKET client that reconnects: a message is a packet, end of file means the peer died."""
+"""A non-blocking AF_UNIX SOCK_SEQPACKET client that reconnects: a message is a packet, end of file a dead peer."""
 
 import contextlib
 import logging

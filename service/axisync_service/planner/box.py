@@ -1,7 +1,7 @@
 """What drives do alone: admission's box around every point of the path.
 
-When SYNC stops, a drive runs on for up to N+2 periods at its velocity, then ramps down at its quick-stop deceleration. So
-from every point q the axis can get anywhere within q +- (|v| (N+2) T + v^2 / 2a), which must lie within hard limits.
+When SYNC stops, a drive runs on for up to N+2 periods at its velocity, then ramps down at its quick-stop deceleration.
+So from every point q the axis can get anywhere within q +- (|v| (N+2) T + v^2 / 2a), which must lie within hard limits.
 """
 
 import math

@@ -1,6 +1,5 @@
 """Plans a joint move: MASA over the group's axes, the trajectory, its stop table, and the checks that need them."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +21,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """What a job came to; `plan` is None where nothing moves."""
+    """What a job came to; `plan` is None where nothing moves, or nothing is to be played."""
 
     reply: MoveReply
     plan: Plan | None
@@ -43,14 +42,20 @@ def plan_joint_move(cell: Cell, job: PlanJob) -> Planned:
         return Planned(_reply(axes, job, profile), None)
     trajectory = from_profiles(start, profile, target)
     _check_box(cell, axes, trajectory)
+    plan = _playable(job.plan_id, indices, axes, trajectory) if job.slot is not None else None
+    return Planned(_reply(axes, job, profile), plan)
+
+
+def _playable(plan_id: int, indices: tuple[int, ...], axes: tuple[Axis, ...], trajectory: Trajectory) -> Plan:
+    """With what a stop anywhere on the path needs, by far the dearest part of planning."""
     stops = stop_table(
         trajectory,
         [axis.limits.velocity for axis in axes],
         [axis.stop_limits.acceleration for axis in axes],
         [axis.stop_limits.jerk for axis in axes],
     )
-    plan = Plan(
-        plan_id=job.plan_id,
+    return Plan(
+        plan_id=plan_id,
         axes=np.array(indices, dtype=np.uint32),
         knots=trajectory.knots,
         coefficients=trajectory.coefficients,
@@ -59,7 +64,6 @@ def plan_joint_move(cell: Cell, job: PlanJob) -> Planned:
         stop_s=stops.s,
         stop_duration=stops.stop_duration,
     )
-    return Planned(_reply(axes, job, profile), plan)
 
 
 def _synchronise(axes: tuple[Axis, ...], job: PlanJob, start: Array, target: Array) -> SyncProfile:
@@ -111,5 +115,5 @@ def _reply(axes: tuple[Axis, ...], job: PlanJob, profile: SyncProfile) -> MoveRe
         T=tuple(map(tuple, profile.T.tolist())),
         U=tuple(map(tuple, profile.U.tolist())),
         minimum_s=tuple(profile.minimum_durations.tolist()),
-        limiting=axes[profile.limiting].name if moving and not math.isnan(profile.duration) else None,
+        limiting=axes[profile.limiting].name if moving else None,
     )

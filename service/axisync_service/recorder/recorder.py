@@ -87,7 +87,7 @@ class Recorder:
         return self._file.path if self._file else None
 
     def open(self) -> None:
-        """Opens a file in the directory, which is made where it is missing, with what no kernel has yet and each group's newest plan.
+        """Opens a file with what no kernel has yet and each group's newest plan; makes the directory if need be.
 
         Raises:
             OSError: it cannot be made or written.

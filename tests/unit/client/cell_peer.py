@@ -107,6 +107,7 @@ class Peer:
         for key, value in {
             "mode": "router",
             "listen/endpoints": [self.endpoint],
+            "scouting/delay": 0,
             "scouting/multicast/enabled": False,
             "scouting/gossip/enabled": False,
             "transport/shared_memory/enabled": False,

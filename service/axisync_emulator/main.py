@@ -1,0 +1,77 @@
+"""`axisync-emulator CELL.toml`: the drives of a cell, on its own buses or on simcan."""
+
+import gc
+import sys
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+from axisync_schemas.cell import CellError, read_cell
+
+from axisync_emulator.linux import StopRequest, die_with_parent, precise_timers
+from axisync_emulator.world import World, WorldError, build
+
+USAGE, FAILURE = 2, 1
+
+app = typer.Typer(add_completion=False)
+
+
+@app.command()
+def emulate(
+    cell: Annotated[Path, typer.Argument(help="The cell file.")],
+    bus: Annotated[list[str] | None, typer.Option(help="Only the drives of this bus; may be repeated.")] = None,
+    simcan: Annotated[Path | None, typer.Option(help="Serve simcan sockets in this directory instead.")] = None,
+    lock_step: Annotated[bool, typer.Option("--lock-step", help="Own the time: run only while all wait.")] = False,
+    participants: Annotated[int, typer.Option(min=1, help="Lock-step starts when so many take part.")] = 1,
+    candump: Annotated[Path | None, typer.Option(help="Log every frame to this file, as candump -L does.")] = None,
+    statistics: Annotated[bool, typer.Option("--statistics", help="Print frames and bits of each bus at end.")] = False,
+    with_parent: Annotated[bool, typer.Option("--die-with-parent", help="End when the parent process ends.")] = False,
+) -> None:
+    """Emulates the drives of a cell. Prints `ready` once they are on the bus; ends on SIGTERM and SIGINT."""
+    stop = StopRequest()
+    stop.install()
+    if with_parent and not die_with_parent():
+        raise typer.Exit(FAILURE)
+    world = _open(cell, bus or [], simcan, lock_step, participants, candump)
+    try:
+        precise_timers()
+        # Everything that lives long exists by now; a collection in mid-cycle would only walk it again.
+        gc.collect()
+        gc.freeze()
+        print("ready", flush=True)
+        world.run(stop)
+    except OSError as error:
+        _fail(str(error), FAILURE)
+    finally:
+        world.close()
+        stop.close()
+    if statistics:
+        print(*world.statistics(), sep="\n", file=sys.stderr)
+
+
+def _open(path: Path, buses: list[str], simcan: Path | None, lock_step: bool, participants: int,
+          candump: Path | None) -> World:  # fmt: skip
+    try:
+        cell, _ = read_cell(path)
+        if simcan is not None:
+            simcan.mkdir(parents=True, exist_ok=True)
+            cell = cell.on_simcan(str(simcan))
+        return build(cell, buses, lock_step=lock_step, participants=participants, candump=candump)
+    except WorldError as error:
+        _fail(str(error), USAGE)
+    except (CellError, OSError) as error:
+        _fail(str(error), FAILURE)
+
+
+def _fail(message: str, status: int) -> NoReturn:
+    print(f"axisync-emulator: {message}", file=sys.stderr)
+    raise typer.Exit(status)
+
+
+def main() -> None:
+    """Entry point."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,116 @@
+"""Ctrl-C, with the command as a process of its own."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+from axisync_schemas.enumerations import MoveStatus
+from cell_peer import Peer
+
+MOVE = ("move", "kingkong", "--joint", "5,0,0,0,0,0deg", "--relative", "--duration", "60")
+Command = Callable[..., "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def command(peer: Peer) -> Iterator[Command]:
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*words: str) -> "subprocess.Popen[str]":
+        started.append(
+            subprocess.Popen(
+                [sys.executable, "-m", "axisync_cli", *words, "--endpoint", peer.endpoint],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONUNBUFFERED": "1"},
+            )
+        )
+        return started[-1]
+
+    yield start
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def wait_until(what: Callable[[], object]) -> None:
+    end = time.monotonic() + 20.0
+    while not what():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_ctrl_c_stops_the_move_and_waits(peer: Peer, command: Command) -> None:
+    peer.states["kingkong"] = "standstill"
+    process = command(*MOVE)
+    wait_until(lambda: peer.moves)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert peer.moves["m-1"].ended is MoveStatus.STOPPED
+    assert "stopping kingkong" in errors
+    assert errors.endswith("kingkong standstill\n")
+    assert not peer.leases
+
+
+def test_ctrl_c_before_the_answer_stops_as_well(peer: Peer, command: Command) -> None:
+    peer.deaf["move"] = 99
+    process = command(*MOVE, "--timeout", "60")
+    wait_until(lambda: any(verb == "move" for verb, _, _ in peer.requests))
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert [body["group"] for verb, _, body in peer.requests if verb == "stop"] == ["kingkong"]
+
+
+def test_a_second_ctrl_c_leaves_at_once(peer: Peer, command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    peer.states["kingkong"] = "standstill"
+    monkeypatch.setattr(peer, "label", lambda name: "stopping")  # for ever
+    process = command(*MOVE)
+    wait_until(lambda: peer.moves)
+    process.send_signal(signal.SIGINT)
+    wait_until(lambda: any(verb == "stop" for verb, _, _ in peer.requests))
+    time.sleep(0.3)
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=5)
+    assert process.returncode == 130
+
+
+def test_events_are_printed_until_ctrl_c(peer: Peer, command: Command) -> None:
+    process = command("events")
+    assert process.stdout is not None
+    line: list[str] = []
+    end = time.monotonic() + 20.0
+    os.set_blocking(process.stdout.fileno(), False)
+    while not line:
+        assert time.monotonic() < end
+        peer.publish("events", peer.event(1, "hello").model_dump_json())
+        time.sleep(0.05)
+        line = [text for text in [process.stdout.readline()] if text]
+    assert line == ["12:00:00 front kingkong move_accepted: hello\n"]
+    process.send_signal(signal.SIGINT)
+    process.wait(timeout=20)
+    assert process.returncode == 130
+
+
+def test_watch_in_json_and_a_closed_pipe(peer: Peer, command: Command) -> None:
+    process = command("watch", "--json")
+    assert process.stdout is not None
+    end = time.monotonic() + 20.0
+    os.set_blocking(process.stdout.fileno(), False)
+    while not process.stdout.readline():
+        assert time.monotonic() < end
+        peer.publish("state", peer.state(1).model_dump_json())
+        time.sleep(0.05)
+    process.stdout.close()
+    while process.poll() is None:
+        assert time.monotonic() < end
+        peer.publish("state", peer.state(1).model_dump_json())
+        time.sleep(0.05)
+    assert process.stderr is not None
+    assert process.stderr.read() == ""

@@ -1,0 +1,31 @@
+import math
+
+import numpy as np
+import pytest
+from axisync_cli.plan_table import peaks
+from axisync_motion import synchronise
+
+
+@pytest.mark.parametrize("pulse", ["constant", "parabolic"])
+@pytest.mark.parametrize("distance", [-90.0, 5.0, 0.01])
+def test_peaks_agree_with_the_sampled_curve(pulse: str, distance: float) -> None:
+    profile = synchronise([distance, 100.0], [30.0] * 2, [40.0] * 2, [80.0] * 2, pulse=pulse)  # type: ignore[arg-type]
+    ends = np.cumsum(np.insert(profile.T, 0, 0.0, axis=1), axis=1)
+    middles = 0.5 * (ends[:, 1:] + ends[:, :-1])  # of each segment: a short pulse lies between any other samples
+    times = np.concatenate([ends.ravel(), middles.ravel(), np.linspace(0.0, profile.duration, 100)])
+    _, velocity, acceleration, jerk = (np.abs(values).max(axis=0) for values in profile.sample(times))
+    for axis in range(2):
+        row = peaks(tuple(profile.T[axis]), tuple(profile.U[axis]), pulse)  # type: ignore[arg-type]
+        assert row.velocity == pytest.approx(velocity[axis], rel=1e-3)
+        assert row.acceleration == pytest.approx(acceleration[axis], rel=1e-6)
+        assert row.jerk == pytest.approx(jerk[axis], rel=1e-6)
+
+
+def test_an_axis_that_rests() -> None:
+    assert peaks((0.0,) * 7, (0.0,) * 7, "constant") == (0.0, 0.0, 0.0)
+
+
+def test_two_seconds_of_unit_jerk_by_hand() -> None:
+    top = peaks((1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0), (1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0), "constant")
+    assert top == pytest.approx((1.0, 1.0, 1.0))
+    assert not math.isnan(top.velocity)

@@ -1,0 +1,74 @@
+import math
+
+import pytest
+from axisync_cli.quantities import duration_s, joint_target, speed_scale
+from hypothesis import given
+from hypothesis import strategies as st
+
+RIGHT = math.radians(90)
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("-90,90,0deg", (-RIGHT, RIGHT, 0.0)),
+        ("-90deg,0.5rad", (-RIGHT, 0.5)),
+        ("0.5,-1,+2", (0.5, -1.0, 2.0)),
+        ("0.5", (0.5,)),
+        ("90deg", (RIGHT,)),
+        ("1,2rad", (1.0, 2.0)),
+        (" -90 , 90 deg ", (-RIGHT, RIGHT)),
+        ("1e-3,.5,2.", (0.001, 0.5, 2.0)),
+    ],
+)
+def test_joint_targets(text: str, values: tuple[float, ...]) -> None:
+    assert joint_target(text) == pytest.approx(values, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("90deg,0", "some values have a unit and some have none"),
+        ("0,90deg,0,1rad", "some values have a unit"),
+        ("", "'' is no number"),
+        ("1,,2", "'' is no number"),
+        ("1,x", "'x' is no number with a unit"),
+        ("1,2mm", "the unit 'mm' is none of deg, rad"),
+        ("1,2degrees", "the unit 'degrees' is none"),
+        ("nan,0", "'nan' is no number"),
+        ("inf", "'inf' is no number"),
+        ("1e999", "too large"),
+        ("1 2", "'1 2' is no number"),
+        ("--json", "'--json' is no number"),
+    ],
+)
+def test_other_targets_say_what_is_wrong(text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        joint_target(text)
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=12))
+def test_what_is_printed_is_read_back(values: list[float]) -> None:
+    assert joint_target(",".join(map(repr, values))) == tuple(values)
+
+
+@pytest.mark.parametrize(("text", "value"), [("50%", 0.5), ("0.5", 0.5), ("100%", 1.0), ("1", 1.0), ("2.5 %", 0.025)])
+def test_speeds(text: str, value: float) -> None:
+    assert speed_scale(text) == pytest.approx(value)
+
+
+@pytest.mark.parametrize("text", ["0", "0%", "1.1", "101%", "-50%", "fast", "%", "50%%", "0.5deg"])
+def test_other_speeds(text: str) -> None:
+    with pytest.raises(ValueError, match=r"must be above 0|is no number|the unit"):
+        speed_scale(text)
+
+
+@pytest.mark.parametrize(("text", "value"), [("8", 8.0), ("8s", 8.0), ("8.5 s", 8.5), ("8500ms", 8.5)])
+def test_durations(text: str, value: float) -> None:
+    assert duration_s(text) == pytest.approx(value)
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "1h", "soon", "1e6"])
+def test_other_durations(text: str) -> None:
+    with pytest.raises(ValueError, match=r"must be above 0|is no number|the unit"):
+        duration_s(text)

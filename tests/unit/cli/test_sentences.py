@@ -1,0 +1,41 @@
+import pytest
+from axisync_cli import sentences
+from axisync_client import LeaseLost, Refused, Unavailable
+from axisync_schemas.errors import ErrorBody, ErrorCode
+
+
+def refused(code: ErrorCode, message: str, **details: object) -> Refused:
+    return Refused(ErrorBody(code=code, message=message, details=details))
+
+
+@pytest.mark.parametrize(
+    ("error", "group", "sentence"),
+    [
+        (
+            refused(ErrorCode.NOT_ENABLED, "kingkong is disabled: enable it first", group="kingkong"),
+            "both",
+            "kingkong is disabled: run `axisync enable kingkong`",
+        ),
+        (refused(ErrorCode.NOT_ENABLED, "off"), "wukong", "wukong is disabled: run `axisync enable wukong`"),
+        (
+            refused(ErrorCode.FAULTED, "kingkong has a fault", group="kingkong"),
+            None,
+            "kingkong has a fault: run `axisync reset kingkong`, then `axisync enable kingkong`",
+        ),
+        (
+            refused(ErrorCode.LEASE_HELD, "kingkong is held by ann", group="kingkong"),
+            "all",
+            "kingkong is held by ann: `axisync lease` shows the holders",
+        ),
+        (
+            refused(ErrorCode.INVALID_REQUEST, "no group 'x'.", groups=["a", "all"]),
+            "x",
+            "no group 'x': the groups are a, all",
+        ),
+        (refused(ErrorCode.SOFT_LIMIT, "beyond the soft limit"), "kingkong", "beyond the soft limit"),
+        (Unavailable("nobody answers", "is axisyncd running?"), None, "nobody answers: is axisyncd running?"),
+        (LeaseLost("lost", "acquire it again"), "k", "lost: acquire it again"),
+    ],
+)
+def test_one_sentence_with_the_fix(error: Refused, group: str | None, sentence: str) -> None:
+    assert sentences.of_error(error, group) == sentence

@@ -1,0 +1,204 @@
+"""The recorder's loop in this process, on a clock of the test's own: when it flushes, syncs, begins anew, gives up."""
+
+import errno
+import os
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from axisync_schemas.cell import read_cell
+from axisync_schemas.internal import LogEntry
+from axisync_schemas.memory import Control, Word
+from axisync_schemas.tick_ring import TickRing
+from axisync_schemas.ticks import TickLayout
+from axisync_service.recorder import recorder as module
+from axisync_service.recorder.recorder import FLUSH_NS, ROTATE_NS, SECOND_NS, Recorder, RecorderState
+from support.feeder import Feeder
+from support.logread import Log, logs_in, read_log
+from support.recording import CELL
+
+SLOTS = 1024
+START_NS = 10**12
+
+
+class Bench:
+    """A recorder whose time passes only in `step`."""
+
+    def __init__(self, directory: Path) -> None:
+        self.cell, text = read_cell(CELL)
+        layout = TickLayout(len(self.cell.axes), len(self.cell.groups))
+        self.control = Control(bytearray(Control.size(2)), 2)
+        ring = TickRing(bytearray(TickRing.size(layout, SLOTS)), layout, SLOTS)
+        self.feeder = Feeder(self.cell, self.control, ring, origin_ns=START_NS)
+        self.now = START_NS
+        self.writer, self._reader = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self.directory = directory
+        self.recorder = Recorder(
+            self.cell, text, directory, self.control, ring, bytearray(64), [self._reader],
+            monotonic=lambda: self.now, wall=lambda: self.now + 1_700_000_000 * SECOND_NS,
+        )  # fmt: skip
+
+    def close(self) -> None:
+        if self.recorder.path is not None:
+            self.recorder.close()
+        self.writer.close()
+        self._reader.close()
+
+    def step(self, seconds: float = 0.02) -> None:
+        self.now += round(seconds * SECOND_NS)
+        while self.recorder.step():
+            pass
+
+    def send(self, topic: str, **data: object) -> None:
+        entry = LogEntry(topic=topic, log_time_ns=self.now, data=data)
+        self.writer.send(entry.model_dump_json().encode())
+
+    def log(self) -> Log:
+        return read_log(*logs_in(self.directory))
+
+    @property
+    def state(self) -> int:
+        return self.control[Word.RECORDER_STATE]
+
+    @property
+    def cursor(self) -> int:
+        return self.control[Word.RECORDER_CURSOR]
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    one = Bench(tmp_path)
+    one.recorder.open()
+    yield one
+    one.close()
+
+
+def test_the_cursor_moves_with_whole_chunks_only(bench: Bench) -> None:
+    seen = set()
+    for tick in range(1, 400):
+        bench.feeder.write(tick, tick)
+        bench.step(0.001)
+        seen.add(bench.cursor)
+        assert len(bench.log().ticks) == max(0, bench.cursor - 1)
+    assert 4 <= len(seen) <= 6
+    assert bench.cursor <= 400
+
+
+def test_what_waits_is_flushed_within_a_second(bench: Bench) -> None:
+    bench.step(1.0)
+    bench.feeder.write(1, 3)
+    bench.step()
+    assert bench.cursor == 0
+    bench.step(FLUSH_NS / SECOND_NS)
+    assert bench.cursor == 4
+    assert len(bench.log().ticks) == 3
+
+
+def test_the_heartbeat_is_the_newest_step(bench: Bench) -> None:
+    bench.step()
+    assert bench.control[Word.RECORDER_NS] == bench.now
+
+
+def test_an_hour_is_a_file_and_each_has_the_plans_it_needs(bench: Bench) -> None:
+    bench.send("/plans", plan_id=1, group="kingkong")
+    bench.send("/plans", plan_id=2, group="wukong")
+    bench.send("/plans", plan_id=3, group="kingkong")
+    bench.feeder.write(1, 100)
+    bench.step()
+    bench.step(ROTATE_NS / SECOND_NS)
+    bench.feeder.write(101, 150)
+    bench.step()
+    bench.recorder.close()
+    first, second = sorted(logs_in(bench.directory))
+    assert read_log(first).complete
+    assert sorted(read_log(first).plans) == [1, 2, 3]
+    assert sorted(read_log(second).plans) == [2, 3]
+    assert bench.log().ticks["tick"].tolist() == list(range(1, 151))
+    assert bench.log().duplicates == 0
+
+
+def test_a_controller_that_counts_anew_begins_a_file(bench: Bench) -> None:
+    bench.feeder.write(1, 200)
+    bench.step()
+    bench.feeder.write(1, 30)
+    bench.step()
+    bench.recorder.close()
+    counts = [len(read_log(path).ticks) for path in sorted(logs_in(bench.directory), key=lambda p: (len(p.name), p))]
+    assert counts == [200, 30]
+
+
+def test_ticks_the_controller_never_wrote_are_said_but_not_counted_as_lost(bench: Bench) -> None:
+    bench.feeder.write(1, 10)
+    bench.feeder.write(15, 20)
+    bench.step()
+    bench.recorder.close()
+    events = [event.data for event in bench.log().events if event.data["kind"] == "recorder_lost"]
+    assert [event["details"] for event in events] == [{"first": 11, "last": 14, "lost": False}]
+    assert bench.control[Word.RECORDER_LOST] == 0
+
+
+def test_a_failing_sync_ends_the_file_and_the_next_second_brings_a_new_one(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(_: int) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    bench.feeder.write(1, 300)
+    bench.step()
+    cursor = bench.cursor
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fdatasync", broken)
+        bench.send("/events", n=1)
+        bench.step(1.1)
+    assert (bench.state, bench.recorder.path) == (RecorderState.FAILING, None)
+    bench.send("/events", n=2)
+    bench.feeder.write(301, 400)
+    bench.step(0.5)
+    assert bench.recorder.path is None
+    assert bench.cursor >= cursor
+    bench.step(0.6)
+    bench.step(1.0)
+    assert bench.state == RecorderState.WRITING
+    bench.recorder.close()
+    log = bench.log()
+    assert log.ticks["tick"].tolist() == list(range(1, 401))
+    assert {1, 2} <= {event.data.get("n") for event in log.events}
+
+
+def test_no_new_file_while_the_disk_has_hardly_any_room(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "fdatasync", lambda _: (_ for _ in ()).throw(OSError(errno.ENOSPC, "No space")))
+    bench.feeder.write(1, 10)
+    bench.step(1.1)
+    monkeypatch.undo()
+    monkeypatch.setattr(module, "MIN_FREE_BYTES", 1 << 62)
+    for _ in range(5):
+        bench.step(1.1)
+        assert (bench.state, bench.recorder.path) == (RecorderState.FAILING, None)
+    monkeypatch.undo()
+    bench.step(1.1)
+    assert bench.recorder.path is not None
+
+
+def test_closing_without_a_disk_says_what_is_missing(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(os, "write", lambda *_: (_ for _ in ()).throw(OSError(errno.ENOSPC, "No space")))
+    bench.feeder.write(1, 300)
+    assert not bench.recorder.close()
+    assert "kind=log_incomplete ticks=300" in caplog.text
+
+
+def test_all_messages_of_a_round_survive_a_file_that_fails_at_the_first(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "write", lambda *_: (_ for _ in ()).throw(OSError(errno.EIO, "Input/output error")))
+    for number in range(20):
+        bench.send("/events", n=number, padding="x" * 20_000)
+    bench.step()
+    assert bench.state == RecorderState.FAILING
+    monkeypatch.undo()
+    bench.step(1.1)
+    bench.recorder.close()
+    numbers = [event.data["n"] for event in bench.log().events if "n" in event.data]
+    assert numbers == list(range(20))
