@@ -80,4 +80,5 @@ def _segments(reply: MoveReply) -> Table:
 def _summary(reply: MoveReply) -> Text:
     limited = f", limited by {reply.limiting}" if reply.limiting else ": nothing moves"
     lines = [f"{reply.group} would take {reply.duration_s:.3f} s{limited}"]
-    return Text("\n".join([*lines, *(f"warning: {warning}" for warning in reply.warnings)]))
+    text = "\n".join([*lines, *(f"warning: {warning}" for warning in reply.warnings)])
+    return Text(text, no_wrap=True, overflow="ignore")

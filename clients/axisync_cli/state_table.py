@@ -63,7 +63,7 @@ def _positions(state: State) -> Table:
 def _drive_lines(state: State) -> list[Text]:
     """One line for each drive with an error."""
     return [
-        Text(f"{drive.axis}: {drive.error or 'error'} (0x{drive.error_code:04X}), {drive.state}", style="red")
+        _line(f"{drive.axis}: {drive.error or 'error'} (0x{drive.error_code:04X}), {drive.state}", "red")
         for group in state.groups.values()
         for drive in group.drives
         if drive.error_code or drive.error
@@ -71,13 +71,19 @@ def _drive_lines(state: State) -> list[Text]:
 
 
 def _service_lines(state: State) -> list[Text]:
-    lines = [Text("the controller is down: nothing moves", style="bold red")] if state.controller == "down" else []
-    lines.append(Text(_cycle(state.cycle)))
-    lines.append(Text("buses: " + "; ".join(_bus(name, bus) for name, bus in state.buses.items())))
     recorder = state.recorder
     lost = f", {recorder.lost_ticks} ticks lost" if recorder.lost_ticks else ""
-    lines.append(Text(f"recorder: {recorder.state}, on disk up to tick {recorder.cursor_tick} of {state.tick}{lost}"))
-    return lines
+    lines = [
+        _line(_cycle(state.cycle)),
+        _line("buses: " + ("; ".join(_bus(name, bus) for name, bus in state.buses.items()) or "unknown")),
+        _line(f"recorder: {recorder.state}, on disk up to tick {recorder.cursor_tick} of {state.tick}{lost}"),
+    ]
+    return lines if state.controller == "up" else [_line("the controller is down: nothing moves", "bold red"), *lines]
+
+
+def _line(text: str, style: str = "") -> Text:
+    """A sentence that is never wrapped, so that it can be searched."""
+    return Text(text, style=style, no_wrap=True, overflow="ignore")
 
 
 def _cycle(cycle: CycleReport | None) -> str:

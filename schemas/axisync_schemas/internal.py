@@ -84,7 +84,12 @@ class PlanResult(Strict):
 
 
 class LogEntry(Strict):
-    """One JSON message for the log. `slot`: the recorder adds the plan's coefficients from this plan slot."""
+    """One JSON message for the log.
+
+    Attributes:
+        log_time_ns: monotonic; the recorder maps it to wall time by one offset for each file.
+        slot: the recorder adds the plan's coefficients from this plan slot.
+    """
 
     topic: str
     log_time_ns: int

@@ -145,7 +145,7 @@ class Supervisor:
             severity="error",
             details=details,
         )
-        entry = LogEntry(topic=LOG_EVENTS, log_time_ns=time.time_ns(), data=event.model_dump(mode="json"))
+        entry = LogEntry(topic=LOG_EVENTS, log_time_ns=time.monotonic_ns(), data=event.model_dump(mode="json"))
         with contextlib.suppress(OSError):
             self._here.log["supervisor"][0].send(entry.model_dump_json().encode())
 

@@ -15,12 +15,17 @@ def label(command: list[str]) -> str:
     """What a process is, by its command line: `python -m axisync_service.front` is "front"."""
     for argument in command:
         if program := _PROGRAM.match(argument):
-            return "supervisor" if program[1] == "axisyncd" else "emulator"
+            return "supervisor" if program[1] == "axisyncd" else _emulator(command)
         if module := _MODULE.match(argument):
-            if argument.startswith("axisync_emulator"):
-                return "emulator"
-            return _NAMES.get(module[1], module[1])
+            emulator = argument.startswith("axisync_emulator")
+            return _emulator(command) if emulator else _NAMES.get(module[1], module[1])
     return command[0].rsplit("/", 1)[-1] if command else "?"
+
+
+def _emulator(command: list[str]) -> str:
+    """There may be one for each bus."""
+    bus = command.index("--bus") + 1 if "--bus" in command else len(command)
+    return " ".join(["emulator", *command[bus : bus + 1]])
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,7 +59,7 @@ def test_effects_are_found_in_any_group_of_the_move() -> None:
         ("/v/bin/python /v/bin/axisyncd demo --log-dir /tmp/axisync_service.front", "supervisor"),
         ("/v/bin/python -m axisync_service.main demo", "supervisor"),
         ("/v/bin/python -m axisync_emulator.main eod.toml", "emulator"),
-        ("/v/bin/python /v/bin/axisync-emulator eod.toml", "emulator"),
+        ("/v/bin/python /v/bin/axisync-emulator eod.toml --bus wukong --simcan /run/x", "emulator wukong"),
         ("/usr/bin/sleep 3", "sleep"),
     ],
 )

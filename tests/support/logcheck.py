@@ -39,6 +39,7 @@ def problems(log: Log) -> list[str]:
         limit_problems,
         derivative_problems,
         count_problems,
+        rest_problems,
         move_problems,
     )
     return [problem for check in checks for problem in check(log)]
@@ -121,6 +122,21 @@ def derivative_problems(log: Log) -> list[str]:
 def count_problems(log: Log) -> list[str]:
     """Target counts are the positions, to one count, INT32 wrapping included."""
     return count_mismatches(log, log.ticks["target_counts"], log.ticks, "logged target")
+
+
+def rest_problems(log: Log) -> list[str]:
+    """A group that stands, or is held, keeps its setpoint to the bit."""
+    ticks = log.ticks
+    still = np.isin(ticks["group_state"], (GroupState.STANDSTILL, GroupState.HELD)) & (ticks["path_rate"] == 0.0)
+    found = []
+    for group, name in enumerate(log.cell.group_names):
+        both = still[1:, group] & still[:-1, group] & (np.diff(ticks["tick"].astype(np.int64)) == 1)
+        for axis in log.cell.axis_indices(name):
+            moved = both & (ticks["position"][1:, axis] != ticks["position"][:-1, axis])
+            if moved.any():
+                tick = ticks["tick"][1:][moved][0]
+                found.append(f"tick {tick}, {log.cell.axes[axis].name}: the setpoint moves while it should rest")
+    return found
 
 
 def count_mismatches(log: Log, counts: NDArray[Any], ticks: Records, what: str) -> list[str]:

@@ -52,10 +52,6 @@ class Profile:
         self._on_fault = on_fault
         self._on_reset = on_reset
         self._ramp_end = timer(self._finish_stop)
-        self.state = State.SWITCH_ON_DISABLED
-        self.controlword = 0
-        self.target = 0
-        self.mode = NO_MODE
         self.configure()
         self.restart(0)
 
@@ -75,6 +71,8 @@ class Profile:
         self._ramp_end.cancel()
         self.state = State.SWITCH_ON_DISABLED
         self.controlword = 0
+        self.target = 0
+        self.mode = NO_MODE
         self._previous = 0
         self._settled = -1
         self._pending: State | None = None

@@ -29,7 +29,7 @@ class LogSink:
         """Sends an entry; False where it was lost."""
         if self._socket is None:
             return False
-        entry = LogEntry(topic=topic, log_time_ns=time.time_ns(), data=data, slot=slot, plan_id=plan_id)
+        entry = LogEntry(topic=topic, log_time_ns=time.monotonic_ns(), data=data, slot=slot, plan_id=plan_id)
         packet = entry.model_dump_json().encode()
         try:
             if len(packet) > MAX_PACKET:

@@ -99,7 +99,7 @@ class Cycle:
         decided = now()
         self._write(tick)
         written = now()
-        self._ticks.write(tick.index, tick.start_ns, tick.lateness_ns, False, self.core.current, self.core)
+        self._ticks.write(tick.index, tick.due_ns, tick.lateness_ns, False, self.core.current, self.core)
         self.control[Word.CONTROLLER_TICK] = tick.index
         self._report(tick)
         self._timings.write(

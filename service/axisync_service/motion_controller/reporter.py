@@ -2,7 +2,6 @@
 
 import datetime
 import socket
-import time
 from typing import Protocol
 
 from axisync_schemas.errors import ErrorBody
@@ -79,7 +78,7 @@ class Reporter:
             details=happening.details,
         )
         self._commander.send(ControllerEvent.model_construct(event=event).model_dump_json().encode())
-        self._log_entry(LogEntry(topic=LOG_EVENTS, log_time_ns=time.time_ns(), data=event.model_dump(mode="json")))
+        self._log_entry(LogEntry(topic=LOG_EVENTS, log_time_ns=now_ns, data=event.model_dump(mode="json")))
 
     def _log_entry(self, entry: LogEntry) -> None:
         if self._log is None:
@@ -140,12 +139,12 @@ class TickWriter:
         self._field = {name: self._record[name] for name in ring.layout.fields}
 
     def write(
-        self, tick: int, start_ns: int, lateness_ns: int, skipped: bool, setpoints: Setpoints, core: Core
+        self, tick: int, due_ns: int, lateness_ns: int, skipped: bool, setpoints: Setpoints, core: Core
     ) -> None:
-        """The record of tick `tick`: `setpoints` are those in force at its instant."""
+        """The record of tick `tick`, due at `due_ns`: `setpoints` are those in force at that instant."""
         field = self._field
         field["tick"][...] = tick
-        field["cycle_start_ns"][...] = start_ns
+        field["cycle_start_ns"][...] = due_ns
         field["lateness_ns"][...] = lateness_ns
         field["skipped"][...] = skipped
         field["position"][:] = setpoints.position

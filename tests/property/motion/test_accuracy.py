@@ -14,6 +14,7 @@ from axisync_motion import (
     lowest_jerk,
     lowest_velocity,
     max_distance,
+    synchronise_batch,
     time_optimal,
 )
 
@@ -36,6 +37,15 @@ def draw(decades: int, seed: int, count: int = COUNT) -> Cases:
     near = rng.random(count) < 0.6
     scale = 10.0 ** np.where(near, rng.uniform(-0.3, 0.3, count), rng.uniform(-12, 12, count))
     return {"d": border * scale * rng.choice([-1.0, 1.0], count), "v": v, "a": a, "j": j}
+
+
+def short_pulses(seed: int, count: int = 1500) -> tuple[Cases, np.ndarray]:
+    """Long ramps whose jerk pulses are 1e-3 to 1e-12 of them, and times a few ulp above f: here the roots cancel."""
+    rng = np.random.default_rng(seed)
+    v, a = 10.0 ** rng.uniform(-3, 3, (2, count))
+    j = a * a / v * 10.0 ** rng.uniform(3, 12, count)
+    d = (v * v / a + a * v / j) * 10.0 ** rng.uniform(-2, 4, count)
+    return {"d": d, "v": v, "a": a, "j": j}, 1.0 + rng.integers(1, 9, count) * 2.0**-52
 
 
 def stretch(seed: int, count: int = COUNT) -> np.ndarray:
@@ -66,12 +76,14 @@ def check(profiles: list[Profile], cases: Cases, t: np.ndarray, pulse: str) -> N
         # A symmetric pulse moves its own middle as far as its mean does; its skew cancels over the move.
         s, v, a = s + dt * (v + dt / 2 * (a + dt / 3 * j)), v + dt * (a + dt / 2 * j), a + dt * j
         peak_v, peak_a = np.maximum(peak_v, np.abs(v)), np.maximum(peak_a, np.abs(a))
-    d = cases["d"].astype(extended)
+    d = np.asarray(cases["d"], dtype=extended)
     assert np.abs(s / d - 1).max() < TOLERANCE
     assert np.abs(series.sum(axis=1) / t - 1).max() < 1e-15
     assert np.abs(np.array([p.duration for p in profiles]) / t - 1).max() == 0.0
     assert np.abs(v / peak_v).max() < TOLERANCE
     assert np.abs(a / peak_a).max() < TOLERANCE
+    if pulse == "constant":
+        assert (np.abs(inputs).max(axis=1) <= cases["j"]).all()
     for peak, limit in ((peak_v, "v"), (peak_a, "a"), (np.abs(inputs).max(axis=1), "j")):
         assert (peak / cases[limit] - 1).max() < 1e-15
 
@@ -102,6 +114,25 @@ def test_inverse_maps(name: str, decades: int, pulse: str) -> None:
     t = np.array(each(cases, duration, pulse=pulse)) * stretch(3)
     profiles = each(cases, MAPS[name], t, pulse=pulse)
     check(profiles, cases, t, pulse)
+
+
+@both_pulses
+@all_maps
+def test_inverse_maps_where_roots_cancel(name: str, pulse: str) -> None:
+    cases, factor = short_pulses(10)
+    t = np.array(each(cases, duration, pulse=pulse)) * factor
+    check(each(cases, MAPS[name], t, pulse=pulse), cases, t, pulse)
+
+
+@pytest.mark.parametrize("minimise", ["velocity", "acceleration", "jerk"])
+def test_batch_where_roots_cancel(minimise: str) -> None:
+    """The same on arrays: one axis, its limits those of every case, so one batch a case."""
+    cases, factor = short_pulses(11, 300)
+    for d, v, a, j, more in zip(*(cases[k] for k in "dvaj"), factor, strict=True):
+        t = duration(d, v, a, j) * more
+        series, inputs, times = synchronise_batch([[d]], [v], [a], [j], minimise, duration=t)
+        shape = Profile(tuple(series[0, 0]), tuple(inputs[0, 0]), float(times[0]), float(d))
+        check([shape], {"d": d, "v": v, "a": a, "j": j}, np.array([t]), "constant")
 
 
 @both_ranges

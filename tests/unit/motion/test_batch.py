@@ -44,6 +44,12 @@ def test_shortest_duration_asked_for(minimise: str) -> None:
     assert inputs[:, :, 0] * tj * (tj + ta) * (2 * tj + ta + tv) == pytest.approx(d, rel=1e-14)
 
 
+def test_duration_below_by_rounding_is_the_shortest() -> None:
+    d = distances(20)
+    shortest = synchronise_batch(d, V, A, J)[2]
+    assert (synchronise_batch(d, V, A, J, duration=shortest * (1 - 5e-13))[2] == shortest).all()
+
+
 def test_more_moves_than_one_chunk() -> None:
     d = np.tile(distances(500), (12, 1))
     series, inputs, times = synchronise_batch(d, V, A, J)

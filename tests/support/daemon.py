@@ -1,0 +1,153 @@
+"""The real service for system tests: `axisyncd demo` without its program, in a runtime directory of its own."""
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from importlib import resources
+from pathlib import Path
+
+READY_S = 60.0
+STOP_S = 20.0
+CHILDREN = {
+    "front": "axisync_service.front",
+    "planner": "axisync_service.planner_worker",
+    "controller": "axisync_service.controller",
+    "recorder": "axisync_service.recorder_process",
+    "emulator": "axisync_emulator.main",
+}
+
+
+def eod_text() -> str:
+    """The demo's cell file."""
+    return resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+
+
+def patient(text: str) -> str:
+    """The same cell for a machine that other work shares: it waits longer before it calls a pause a fault."""
+    return text.replace("missed_ticks_max = 5", "missed_ticks_max = 50\ntpdo_missed_max = 50")
+
+
+def free_port() -> int:
+    """A TCP port on loopback that nobody uses."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class Daemon:
+    """One run of the service.
+
+    Attributes:
+        endpoint: where clients connect.
+        log_dir, frames_dir: its log files, and one candump file a bus.
+        output: what it printed (stdout and stderr).
+    """
+
+    def __init__(self, directory: Path, cell_text: str | None = None, arguments: tuple[str, ...] = ()) -> None:
+        self.directory = directory
+        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self.log_dir, self.frames_dir = directory / "logs", directory / "frames"
+        self.frames_dir.mkdir(parents=True, exist_ok=True)
+        self.cell_file = directory / "cell.toml"
+        self.cell_file.write_text(cell_text or patient(eod_text()), encoding="utf-8")
+        self._arguments = arguments
+        self._output = directory / "output.txt"
+        self.process: subprocess.Popen[bytes] | None = None
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """Its own runtime directory, so that runs do not lock each other out."""
+        runtime = self.directory / "run"
+        runtime.mkdir(exist_ok=True)
+        return {**os.environ, "XDG_RUNTIME_DIR": str(runtime), "AXISYNC_LOG_LEVEL": "INFO"}
+
+    @property
+    def output(self) -> str:
+        """What it printed so far."""
+        return self._output.read_text(encoding="utf-8", errors="replace") if self._output.exists() else ""
+
+    @property
+    def command(self) -> list[str]:
+        """How it is started."""
+        return [
+            sys.executable, "-m", "axisync_service.main", "demo", "--no-program", "--no-dashboard",
+            "--cell", str(self.cell_file), "--log-dir", str(self.log_dir), "--listen", self.endpoint,
+            "--candump", str(self.frames_dir), *self._arguments,
+        ]  # fmt: skip
+
+    def start(self) -> "Daemon":
+        """Starts it and waits until moves are accepted."""
+        with self._output.open("wb") as output:
+            self.process = subprocess.Popen(
+                self.command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, env=self.environment
+            )
+        wait_for(lambda: "ready\n" in self.output or self.process.poll() is not None, "ready", READY_S)  # type: ignore[union-attr]
+        assert self.process.poll() is None, self.output
+        assert "not there yet" not in self.output, self.output
+        return self
+
+    def stop(self, number: int = signal.SIGINT) -> int:
+        """Ends it as a person would; its exit code."""
+        assert self.process is not None
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        try:
+            return self.process.wait(STOP_S)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            raise AssertionError(f"the daemon did not end\n{self.output}") from None
+
+    def kill(self) -> None:
+        """Ends whatever is left."""
+        for pid in self.pids():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+
+    def pids(self, name: str | None = None) -> list[int]:
+        """Processes of this run: the named kind, or all below the daemon. They carry its directory in their arguments."""
+        mark = str(self.directory)
+        found = []
+        for entry in Path("/proc").iterdir():
+            if not entry.name.isdigit():
+                continue
+            with contextlib.suppress(OSError):
+                arguments = (entry / "cmdline").read_bytes().decode(errors="replace").split("\0")
+                if any(mark in argument for argument in arguments) and (name is None or CHILDREN[name] in arguments):
+                    found.append(int(entry.name))
+        return found
+
+    def pid(self, name: str) -> int:
+        """The one process of a kind."""
+        (pid,) = self.pids(name)
+        return pid
+
+
+def wait_for(condition: Callable[[], bool], what: str, seconds: float) -> None:
+    """Polls until `condition` holds."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > deadline:
+            raise AssertionError(f"not within {seconds:g} s: {what}")
+        time.sleep(0.02)
+
+
+@contextlib.contextmanager
+def running(directory: Path, cell_text: str | None = None, arguments: tuple[str, ...] = ()) -> Iterator[Daemon]:
+    """A daemon for the length of a block; nothing of it is left afterwards, whatever happened."""
+    daemon = Daemon(directory, cell_text, arguments)
+    try:
+        yield daemon.start()
+    finally:
+        if daemon.process is not None and daemon.process.poll() is None:
+            daemon.process.send_signal(signal.SIGTERM)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                daemon.process.wait(STOP_S)
+        daemon.kill()

@@ -1,0 +1,143 @@
+"""Demand, axis and motor: pure motion."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from axisync_emulator.drive.axis_model import BANDWIDTH_HZ, DAMPING, LAG_S, AxisModel
+from axisync_emulator.drive.demand import Demand
+from axisync_emulator.drive.motor import Motor
+from axisync_emulator.drive.specification import DriveSpecification
+
+MS = 1_000_000
+
+
+def test_interpolates_over_one_period():
+    demand = Demand(100.0)
+    demand.follow(300.0, 10 * MS, 2 * MS, hold=False)
+    assert [demand.at(t * MS) for t in (10, 11, 12)] == pytest.approx([100, 200, 300])
+    assert demand.velocity_at(11 * MS) == pytest.approx(100_000)
+
+
+def test_goes_on_at_constant_velocity():
+    demand = Demand(0.0)
+    demand.follow(100.0, 0, 2 * MS, hold=False)
+    assert demand.at(12 * MS) == pytest.approx(600)
+    assert demand.velocity_at(12 * MS) == pytest.approx(50_000)
+
+
+def test_or_holds_the_target():
+    demand = Demand(0.0)
+    demand.follow(100.0, 0, 2 * MS, hold=True)
+    assert demand.at(12 * MS) == pytest.approx(100)
+    assert demand.velocity_at(12 * MS) == 0.0
+
+
+def test_next_target_from_where_it_is():
+    demand = Demand(0.0)
+    demand.follow(100.0, 0, 2 * MS, hold=False)
+    demand.follow(200.0, 3 * MS, 2 * MS, hold=False)
+    assert demand.at(3 * MS) == pytest.approx(150)
+    assert demand.at(5 * MS) == pytest.approx(200)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_ramp_ends_at_v_squared_over_2a(sign: int):
+    demand = Demand(0.0)
+    demand.follow(sign * 100.0, 0, 2 * MS, hold=False)
+    end = demand.ramp(2 * MS, 250_000.0)
+    assert end == 2 * MS + 200 * MS
+    assert demand.at(end) == pytest.approx(sign * (100 + 50_000**2 / 500_000))
+    assert demand.at(end + 999 * MS) == demand.at(end)
+    assert demand.velocity_at(end) == 0.0
+    assert demand.velocity_at(2 * MS + 100 * MS) == pytest.approx(sign * 25_000)
+
+
+def _integrate(position: float, velocity: float, demand, duration: float, steps: int = 20_000) -> tuple[float, float]:
+    """Runge-Kutta, as an independent solution."""
+    omega = 2 * np.pi * BANDWIDTH_HZ
+    h = duration / steps
+    state = np.array([position, velocity])
+
+    def slope(t: float, s: np.ndarray) -> np.ndarray:
+        return np.array([s[1], omega**2 * (demand(t) - s[0]) - 2 * DAMPING * omega * s[1]])
+
+    for i in range(steps):
+        t = i * h
+        a = slope(t, state)
+        b = slope(t + h / 2, state + h / 2 * a)
+        c = slope(t + h / 2, state + h / 2 * b)
+        d = slope(t + h, state + h * c)
+        state = state + h / 6 * (a + 2 * b + 2 * c + d)
+    return float(state[0]), float(state[1])
+
+
+def test_step_solves_the_differential_equation():
+    model = AxisModel(10.0)
+    model.velocity = -300.0
+    model.step(2 * MS, 20.0, 50.0)
+    expected = _integrate(10.0, -300.0, lambda t: 20.0 + 15_000.0 * t, 2e-3, 400)
+    assert (model.position, model.velocity) == pytest.approx(expected, rel=1e-9)
+
+
+def test_steps_can_be_cut_anywhere():
+    whole, cut = AxisModel(0.0), AxisModel(0.0)
+    whole.step(10 * MS, 0.0, 1000.0)
+    for i in range(10):
+        cut.step(MS, 100.0 * i, 100.0 * (i + 1))
+    assert cut.position == pytest.approx(whole.position)
+    assert cut.velocity == pytest.approx(whole.velocity)
+
+
+def test_constant_velocity_is_followed_with_the_lag():
+    model = AxisModel(0.0)
+    model.step(10_000 * MS, 0.0, 1e6)
+    assert model.position == pytest.approx(1e6 - LAG_S * 1e5)
+    assert model.velocity == pytest.approx(1e5)
+
+
+SPECIFICATION = DriveSpecification(
+    name="a", node_id=1, vendor_id=1, product_code=1, serial=1, start=1000.0, speed_limit=130_000.0,
+    enable_window=5825.0, deceleration=262_144, brake_deceleration=2_621_440.0, brake_release_ns=60 * MS,
+    hold_on_missed=False,
+)  # fmt: skip
+
+
+def test_nothing_moves_before_the_brake_is_released():
+    motor = Motor(SPECIFICATION)
+    motor.switch_on(0)
+    motor.demand.follow(1100.0, 0, 2 * MS, hold=True)
+    assert motor.position(60 * MS) == 1000
+    assert motor.position(160 * MS) == 1100
+
+
+def test_brake_stops_the_axis_and_holds_it():
+    motor = Motor(dataclasses.replace(SPECIFICATION, brake_release_ns=0))
+    motor.switch_on(0)
+    motor.follow(1100.0, 0, 2 * MS, hold=False)
+    motor.advance(200 * MS)
+    moving = motor.position(200 * MS)
+    motor.switch_off(200 * MS)
+    stopped = motor.position(300 * MS)
+    assert stopped - moving == pytest.approx(50_000**2 / (2 * 2_621_440), abs=2)
+    assert motor.position(3000 * MS) == stopped
+    assert motor.velocity(3000 * MS) == 0
+    assert motor.torque(3000 * MS) == 0
+
+
+def test_a_long_wait_costs_one_step(monkeypatch: pytest.MonkeyPatch):
+    motor = Motor(dataclasses.replace(SPECIFICATION, brake_release_ns=0))
+    motor.switch_on(0)
+    steps = []
+    original = AxisModel.step
+    monkeypatch.setattr(AxisModel, "step", lambda self, *a: (steps.append(a), original(self, *a))[1])
+    assert motor.position(86_400 * 1000 * MS) == 1000
+    assert len(steps) == 1
+
+
+def test_torque_follows_acceleration_and_friction():
+    motor = Motor(dataclasses.replace(SPECIFICATION, brake_release_ns=0))
+    motor.switch_on(0)
+    for k in range(200):  # 262144 counts/s^2, a quarter of what rated torque gives
+        motor.follow(1000.0 + 0.5 * 262_144 * (0.002 * (k + 1)) ** 2, 2 * k * MS, 2 * MS, hold=False)
+    assert motor.torque(400 * MS) == pytest.approx(250 + 20, abs=15)
