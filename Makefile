@@ -37,8 +37,7 @@ lint: $(DEV) $(EDITABLE)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy deploy/uml/*.py deploy/locks/*.py
-	MYPYPATH=tests $(BIN)/mypy tests/bench/*.py
-	$(BIN)/mypy tests/vcan/*.py
+	MYPYPATH=tests:tests/bench $(BIN)/mypy --explicit-package-bases tests/bench tests/vcan
 	$(BIN)/lint-imports
 	$(BIN)/python deploy/locks/write.py --check
 

@@ -1,11 +1,11 @@
 """enable, disable, reset, stop: about a whole group, over in a moment."""
 
 import typer
-from axisync_schemas.replies import GroupReply
 
 from axisync_cli import sentences
 from axisync_cli.options import EPILOG, GroupOrAll, Json, terminal_of
 from axisync_cli.terminal import Terminal
+from axisync_schemas.replies import GroupReply
 
 
 def add_to(app: typer.Typer) -> None:

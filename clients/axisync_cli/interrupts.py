@@ -5,10 +5,9 @@ import signal
 import time
 from types import FrameType
 
-from axisync_client import AxisyncError, Client, GroupState
-
 from axisync_cli import sentences
 from axisync_cli.terminal import Terminal
+from axisync_client import AxisyncError, Client, GroupState
 
 EXIT_INTERRUPTED = 130
 STAND_TIMEOUT_S = 30.0

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import Annotated
 
 import typer
-from axisync_client import AxisyncError, InvalidArgument
 
 from axisync_cli import group_commands, move_commands, sentences, view_commands
 from axisync_cli.options import hoist
 from axisync_cli.terminal import Terminal
+from axisync_client import AxisyncError, InvalidArgument
 
 EXIT_DONE, EXIT_FAILED, EXIT_USAGE, EXIT_INTERRUPTED = 0, 1, 2, 130
 

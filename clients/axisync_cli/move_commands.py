@@ -1,8 +1,6 @@
 """move and plan."""
 
 import typer
-from axisync_client import Move, MoveStatus
-from axisync_schemas.replies import MoveReport
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from axisync_cli import interrupts, sentences
@@ -22,6 +20,8 @@ from axisync_cli.plan_table import plan_table, setpoints
 from axisync_cli.quantities import Minimise as MinimiseChoice
 from axisync_cli.quantities import Pulse
 from axisync_cli.terminal import Terminal
+from axisync_client import Move, MoveStatus
+from axisync_schemas.replies import MoveReport
 
 
 def add_to(app: typer.Typer) -> None:

@@ -3,11 +3,12 @@
 import math
 from typing import Literal, NamedTuple
 
-from axisync_schemas.cell import Cell
-from axisync_schemas.replies import MoveReply, State
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
+
+from axisync_schemas.cell import Cell
+from axisync_schemas.replies import MoveReply, State
 
 MEAN_OF_PEAK = {"constant": 1.0, "parabolic": 2.0 / 3.0}
 """Mean of a jerk pulse over its peak."""

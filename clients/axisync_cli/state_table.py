@@ -3,10 +3,11 @@
 import math
 from collections import Counter
 
-from axisync_schemas.replies import BusReport, CycleReport, DriveReport, GroupReport, State
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
+
+from axisync_schemas.replies import BusReport, CycleReport, DriveReport, GroupReport, State
 
 _STYLES = {"fault": "bold red", "moving": "green", "held": "yellow", "stopping": "yellow", "disabled": "dim"}
 

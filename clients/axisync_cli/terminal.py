@@ -3,10 +3,11 @@
 import sys
 from dataclasses import dataclass, field
 
-from axisync_client import Client
-from axisync_schemas.base import Strict
 from rich.console import Console, RenderableType
 from rich.text import Text
+
+from axisync_client import Client
+from axisync_schemas.base import Strict
 
 
 @dataclass

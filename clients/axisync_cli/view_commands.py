@@ -4,12 +4,12 @@ import json
 from datetime import datetime
 
 import typer
-from axisync_schemas.replies import Event
 from rich.live import Live
 from rich.text import Text
 
 from axisync_cli.options import EPILOG, Json, terminal_of
 from axisync_cli.state_table import lease_table, state_table
+from axisync_schemas.replies import Event
 
 _STYLES = {"warning": "yellow", "error": "bold red"}
 WATCH_DECIMATION = 2
@@ -66,7 +66,7 @@ def lease(context: typer.Context, as_json: Json = False) -> None:
 
 def _line(event: Event) -> Text:
     """`12:00:01.500 controller kingkong move_started: message`, in local time."""
-    about = f" {event.group}" if event.group else ""
+    about = f" {event.group}" if event.group and event.group not in event.message else ""
     text = f"{_local_time(event.wall_time)} {event.source}{about} {event.kind}: {event.message}"
     return Text(text, style=_STYLES.get(event.severity, ""))
 

@@ -9,9 +9,6 @@
 Radians and metres throughout; `deg` makes radians of degrees. Whatever goes wrong is an `AxisyncError`.
 """
 
-from axisync_schemas.enumerations import GroupState, MoveStatus
-from axisync_schemas.errors import ErrorCode
-
 from axisync_client.client import Client
 from axisync_client.errors import (
     AxisyncError,
@@ -32,6 +29,8 @@ from axisync_client.move import Move
 from axisync_client.setpoints import Setpoints
 from axisync_client.streams import Stream
 from axisync_client.units import deg, to_deg
+from axisync_schemas.enumerations import GroupState, MoveStatus
+from axisync_schemas.errors import ErrorCode
 
 __all__ = [
     "AxisyncError",

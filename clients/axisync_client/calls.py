@@ -7,15 +7,15 @@ import re
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
 
+from pydantic import ValidationError
+
+from axisync_client.errors import InvalidArgument, UnexpectedReply, explain
+from axisync_client.units import Floats, as_target
 from axisync_schemas import keys
 from axisync_schemas.base import NAME_PATTERN, Strict
 from axisync_schemas.cell import Cell
 from axisync_schemas.commands import GroupRequest, JointMove, LeaseRequest, MoveRequest, Request, StopRequest
 from axisync_schemas.replies import GroupReply, Info, LeaseReply, MoveReply, MoveReport, State
-from pydantic import ValidationError
-
-from axisync_client.errors import InvalidArgument, UnexpectedReply, explain
-from axisync_client.units import Floats, as_target
 
 R = TypeVar("R", bound=Strict)
 

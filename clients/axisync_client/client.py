@@ -10,11 +10,6 @@ from threading import Lock
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
-from axisync_schemas import keys, topics
-from axisync_schemas.base import Strict
-from axisync_schemas.cell import Cell
-from axisync_schemas.replies import Event, GroupReply, Info, MoveReply, MoveReport, State
-
 from axisync_client import calls, discovery
 from axisync_client.calls import Call, JointOptions, Minimise, Pulse
 from axisync_client.clock import DaemonClock
@@ -25,6 +20,10 @@ from axisync_client.setpoints import Setpoints, decoder
 from axisync_client.settings import resolve
 from axisync_client.streams import Stream
 from axisync_client.units import Floats
+from axisync_schemas import keys, topics
+from axisync_schemas.base import Strict
+from axisync_schemas.cell import Cell
+from axisync_schemas.replies import Event, GroupReply, Info, MoveReply, MoveReport, State
 
 R = TypeVar("R", bound=Strict)
 T = TypeVar("T")

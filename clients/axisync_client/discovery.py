@@ -2,10 +2,9 @@
 
 import json
 
+from axisync_client.errors import InvalidArgument, Unavailable, UnexpectedReply
 from axisync_schemas import SCHEMA_VERSION
 from axisync_schemas.keys import ROOT
-
-from axisync_client.errors import InvalidArgument, Unavailable, UnexpectedReply
 
 
 def the_cell(keys: list[str], endpoint: str) -> str:

@@ -2,9 +2,10 @@
 
 from typing import Any
 
+from pydantic import ValidationError
+
 from axisync_schemas.errors import ErrorBody, ErrorCode
 from axisync_schemas.replies import MoveReport
-from pydantic import ValidationError
 
 
 class AxisyncError(Exception):

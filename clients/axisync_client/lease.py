@@ -7,16 +7,15 @@ from threading import Lock
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from axisync_schemas.base import Strict
-from axisync_schemas.errors import ErrorCode
-from axisync_schemas.replies import GroupReply, LeaseReply
-
 from axisync_client import calls
 from axisync_client.calls import Call, JointOptions, Minimise, Pulse
 from axisync_client.errors import AxisyncError, InvalidArgument, LeaseLost, Refused
 from axisync_client.move import Move
 from axisync_client.renewal import Renewal
 from axisync_client.units import Floats
+from axisync_schemas.base import Strict
+from axisync_schemas.errors import ErrorCode
+from axisync_schemas.replies import GroupReply, LeaseReply
 
 if TYPE_CHECKING:
     from axisync_client.client import Client
@@ -67,8 +66,10 @@ class Lease:
         return self._loss is not None
 
     def check(self) -> None:
-        """Raises:
-        LeaseLost: it is no longer ours.
+        """Does nothing while the lease is ours.
+
+        Raises:
+            LeaseLost: it is no longer.
         """
         if self._loss is not None:
             raise LeaseLost(self._loss.message, self._loss.fix)

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from threading import Thread
 
 import zenoh
-from axisync_schemas.errors import ErrorBody
 from pydantic import ValidationError
 
 from axisync_client.errors import TimedOut, Unavailable
+from axisync_schemas.errors import ErrorBody
 
 CONNECT_TIMEOUT_S = 2.0
 GRACE_S = 1.0

@@ -4,10 +4,9 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from axisync_client.errors import MoveFailed, MoveHeld, MoveNotDone, MoveStopped, MoveTimedOut
 from axisync_schemas.enumerations import MoveStatus
 from axisync_schemas.replies import GroupReply, MoveReply, MoveReport
-
-from axisync_client.errors import MoveFailed, MoveHeld, MoveNotDone, MoveStopped, MoveTimedOut
 
 if TYPE_CHECKING:
     from axisync_client.client import Client

@@ -4,9 +4,8 @@ import time
 from collections.abc import Callable
 from threading import Event, Thread
 
-from axisync_schemas.errors import ErrorCode
-
 from axisync_client.errors import AxisyncError, Refused, Unavailable
+from axisync_schemas.errors import ErrorCode
 
 RENEWALS_PER_TTL = 3
 PASSING = frozenset({ErrorCode.BUSY, ErrorCode.RATE_LIMITED, ErrorCode.UNAVAILABLE, ErrorCode.INTERNAL})

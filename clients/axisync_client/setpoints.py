@@ -4,11 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from axisync_schemas.cell import Cell
-from axisync_schemas.ticks import Records, TickError, TickLayout
 from numpy.typing import NDArray
 
 from axisync_client.errors import UnexpectedReply
+from axisync_schemas.cell import Cell
+from axisync_schemas.ticks import Records, TickError, TickLayout
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,10 +4,9 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from axisync_client.errors import InvalidArgument
 from axisync_schemas.base import NAME_PATTERN
 from axisync_schemas.keys import ANONYMOUS
-
-from axisync_client.errors import InvalidArgument
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 

@@ -10,7 +10,14 @@ from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, St
 from axisync_schemas.errors import ErrorBody
 from axisync_schemas.log_models import PlanLog, RequestLog
 from axisync_schemas.replies import (
-    CycleReport, Event, GroupReply, Info, LeaseReply, MoveReply, MoveReport, State,
+    CycleReport,
+    Event,
+    GroupReply,
+    Info,
+    LeaseReply,
+    MoveReply,
+    MoveReport,
+    State,
 )  # fmt: skip
 
 DIRECTORY = Path(__file__).parent / "json"

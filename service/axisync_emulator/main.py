@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
-from axisync_schemas.cell import CellError, read_cell
 
 from axisync_emulator.linux import StopRequest, die_with_parent, precise_timers
 from axisync_emulator.world import World, WorldError, build
+from axisync_schemas.cell import CellError, read_cell
 
 USAGE, FAILURE = 2, 1
 

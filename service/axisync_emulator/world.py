@@ -5,8 +5,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from axisync_schemas.cell import Bus, Cell
-
 from axisync_emulator.candump import Candump
 from axisync_emulator.drive.node import Drive
 from axisync_emulator.drive.specification import specify
@@ -16,6 +14,7 @@ from axisync_emulator.real_time import run_real_time
 from axisync_emulator.simcan.hub import Hub
 from axisync_emulator.simcan.time_server import TimeServer
 from axisync_emulator.socketcan import KernelBus, open_interface
+from axisync_schemas.cell import Bus, Cell
 
 TIME_SOCKET = "time.sock"
 LOCK_STEP_START_NS = 1_000_000_000
@@ -56,10 +55,10 @@ class World:
 
     def statistics(self) -> list[str]:
         """A line for each simcan bus: key=value."""
+        hubs = ((bus, bus.medium) for bus in self.buses if isinstance(bus, Hub))
         return [
-            f"bus={hub.name} frames={hub.medium.frames} bits={hub.medium.bits} load={hub.medium.load:.4f} lost={hub.lost}"
-            for hub in self.buses
-            if isinstance(hub, Hub)
+            f"bus={hub.name} frames={wire.frames} bits={wire.bits} load={wire.load:.4f} lost={hub.lost}"
+            for hub, wire in hubs
         ]
 
 

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import pinocchio
-from axisync_schemas.cell import DenavitHartenberg, Group, Pose
 from numpy.typing import NDArray
+
+from axisync_schemas.cell import DenavitHartenberg, Group, Pose
 
 Array = NDArray[np.float64]
 Position = tuple[float, float, float]

@@ -12,7 +12,6 @@ from axisync_schemas.memory import Control, Mailbox, TimingRing, Word
 from axisync_schemas.plan_slots import PlanReader
 from axisync_schemas.tick_ring import TickRing, slots_for
 from axisync_schemas.ticks import TickLayout
-
 from axisync_service import process
 from axisync_service.bus.port import BusError, BusPort, open_port
 from axisync_service.canopen.budget import budget

@@ -12,6 +12,9 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
+from pydantic import ValidationError
+from pydantic_core import from_json
+
 from axisync_schemas import topics
 from axisync_schemas.enumerations import Phase
 from axisync_schemas.errors import Refusal
@@ -22,9 +25,6 @@ from axisync_schemas.memory import GroupWord, Mailbox, TimingRing, Word
 from axisync_schemas.replies import CycleReport, Event
 from axisync_schemas.tick_ring import TickRing, slots_for
 from axisync_schemas.ticks import TickLayout
-from pydantic import ValidationError
-from pydantic_core import from_json
-
 from axisync_service.actioner.actioner import Actioner
 from axisync_service.actioner.ports import Answer, Incoming, Notice
 from axisync_service.actioner.world import World
@@ -137,6 +137,8 @@ class Front:
         ended = self.server.close()
         self._controller.close()
         self._planner.close()
+        self._sink.close()
+        self._selector.close()
         return ended
 
     def _over(self) -> bool:

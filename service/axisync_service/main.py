@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from axisync_schemas.cell import Cell, CellError, read_cell
 
+from axisync_schemas.cell import Cell, CellError, read_cell
 from axisync_service.canopen.budget import LOAD_MAX, budget
 from axisync_service.daemon.locks import Locked, runtime_directory
 from axisync_service.demo import EmulatorFailed, Emulators, Program, kernel_has, next_steps

@@ -9,14 +9,14 @@ import sys
 import time
 from collections.abc import Sequence
 
+from pydantic import ValidationError
+
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import Phase
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.internal import MAX_PACKET, PlanJob, PlanResult
 from axisync_schemas.memory import Control, Word
 from axisync_schemas.plan_slots import PlanError, write_plan
-from pydantic import ValidationError
-
 from axisync_service.planner.joint_move import plan_joint_move
 from axisync_service.process import ProcessContext, start
 

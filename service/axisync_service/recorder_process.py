@@ -12,7 +12,6 @@ from axisync_schemas.enumerations import Phase
 from axisync_schemas.memory import Word
 from axisync_schemas.tick_ring import TickRing, slots_for
 from axisync_schemas.ticks import TickLayout
-
 from axisync_service.process import ProcessContext, start
 from axisync_service.recorder.recorder import Recorder, RecorderState
 

@@ -19,7 +19,6 @@ from axisync_schemas.internal import ControllerStatus, LogEntry
 from axisync_schemas.memory import Mailbox, Word
 from axisync_schemas.replies import Event
 from axisync_schemas.topics import LOG_EVENTS
-
 from axisync_service.daemon.children import MODULES, Child, Restarts, describe_exit
 from axisync_service.daemon.locks import Locks
 from axisync_service.daemon.surroundings import make_surroundings

@@ -14,10 +14,11 @@ from pathlib import Path
 sys.path.insert(1, str(Path(__file__).parents[1]))  # for tests/support
 
 import machine
-from axisync_client import AxisyncError
-from bench import BENCHES, Bench
 from daemon import DaemonError
 from report import Report
+
+from axisync_client import AxisyncError
+from bench import BENCHES, Bench
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -6,9 +6,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from axisync_client import Client
-from axisync_schemas.cell import Cell
-from axisync_schemas.ticks import Records
 from daemon import Daemon
 from percentiles import Distribution
 from phases import Arms, Call, acquire
@@ -17,6 +14,10 @@ from reference import Reference, Scheduling
 from report import Report
 from stages import StageReader
 from ticklog import TickLog, read
+
+from axisync_client import Client
+from axisync_schemas.cell import Cell
+from axisync_schemas.ticks import Records
 
 BENCHES = ("lateness", "stages", "requests", "stops", "processes")
 SWINGING = frozenset({"lateness", "stages", "processes"})

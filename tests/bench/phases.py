@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
 from axisync_client import Client, Lease, Move, Refused, deg
 from axisync_schemas.enumerations import MoveStatus
 from axisync_schemas.errors import ErrorCode

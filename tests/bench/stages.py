@@ -4,8 +4,9 @@ import mmap
 import os
 from pathlib import Path
 
-from axisync_schemas.memory import Control, TimingRing, Word
 from percentiles import Distribution
+
+from axisync_schemas.memory import Control, TimingRing, Word
 
 STAGES = ("read", "decide", "write", "record")
 _FIRST_STAGE, _SKIPPED = 2, 6

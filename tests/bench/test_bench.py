@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from axisync_schemas.ticks import Records, TickLayout
-from bench import lateness
 from processes import label
 from ticklog import TickLog
+
+from axisync_schemas.ticks import Records, TickLayout
+from bench import lateness
 
 PERIOD_NS = 2_000_000
 

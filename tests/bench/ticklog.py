@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from axisync_schemas.ticks import Records
 from numpy.typing import NDArray
+
+from axisync_schemas.ticks import Records
 from support.logread import read_log
 
 Condition = Callable[[Records], NDArray[np.bool_]]

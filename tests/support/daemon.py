@@ -29,7 +29,8 @@ def eod_text() -> str:
 
 def patient(text: str) -> str:
     """The same cell for a machine that other work shares: it waits longer before it calls a pause a fault."""
-    return text.replace("missed_ticks_max = 5", "missed_ticks_max = 50\ntpdo_missed_max = 50")
+    slack = "missed_ticks_max = 50\ntpdo_missed_max = 50\ncontroller_heartbeat_timeout_ms = 500"
+    return text.replace("missed_ticks_max = 5", f"{slack}\ndrive_heartbeat_timeout_ms = 2000")
 
 
 def free_port() -> int:
@@ -112,7 +113,7 @@ class Daemon:
             self.process.wait()
 
     def pids(self, name: str | None = None) -> list[int]:
-        """Processes of this run: the named kind, or all below the daemon. They carry its directory in their arguments."""
+        """Processes of this run: the named kind, or all. They carry its directory in their arguments."""
         mark = str(self.directory)
         found = []
         for entry in Path("/proc").iterdir():

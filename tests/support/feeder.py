@@ -5,12 +5,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.memory import Control, Word
 from axisync_schemas.tick_ring import TickRing
 from axisync_schemas.ticks import Records, TickLayout
-from numpy.typing import NDArray
 
 OPERATION_ENABLED = 0x1637
 

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
 from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
-from numpy.typing import NDArray
 from support.logcheck import COMMANDED, count_mismatches
 from support.logread import Log
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.ticks import Records
-from numpy.typing import NDArray
 from support.logread import Log
 
 Array = NDArray[np.float64]

@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 import zstandard
-from axisync_schemas.cell import Cell, parse_cell
-from axisync_schemas.ticks import Records, TickLayout
-from axisync_schemas.topics import LOG_EVENTS, LOG_PLANS, LOG_REQUESTS, LOG_SETPOINTS
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Chunk, McapRecord, Metadata
 from mcap.stream_reader import StreamReader
+
+from axisync_schemas.cell import Cell, parse_cell
+from axisync_schemas.ticks import Records, TickLayout
+from axisync_schemas.topics import LOG_EVENTS, LOG_PLANS, LOG_REQUESTS, LOG_SETPOINTS
 
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _OVERHEAD = 2 + 4 + 8 + 8

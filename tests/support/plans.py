@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+
 from axisync_motion import synchronise
 from axisync_motion.from_profiles import from_profiles
 from axisync_motion.stop_table import stop_table

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
 from axisync_motion import Evaluator, PathClock, Trajectory, derivatives, from_profiles, stop_table, synchronise
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.ticks import Records, TickLayout
-from numpy.typing import NDArray
 from support.logread import JsonMessage, Log
 
 WALL_NS = 1_700_000_000_000_000_000

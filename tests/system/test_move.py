@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+
 from support import framecheck, logcheck
 from support.daemon import Daemon, running
 from support.logread import read_log

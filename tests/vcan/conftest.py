@@ -15,7 +15,6 @@ from typing import Any
 import pytest
 
 REPOSITORY = Path(__file__).parents[2]
-sys.path.insert(0, str(Path(__file__).parent))  # for slower_cell
 RUNNER = REPOSITORY / "deploy" / "uml" / "run.py"
 REPORTS = "AXISYNC_VCAN_REPORTS"
 """Set inside: where to write the reports, one JSON object a line."""

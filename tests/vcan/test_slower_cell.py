@@ -3,8 +3,9 @@
 import tomllib
 
 import pytest
+
 from axisync_schemas.cell import parse_cell
-from slower_cell import EOD, HEARTBEATS, cell_text
+from vcan.slower_cell import EOD, HEARTBEATS, cell_text
 
 
 @pytest.mark.parametrize("period_ms", [5.0, 20.0, 50.0])

@@ -7,9 +7,10 @@ from collections.abc import Callable
 from functools import cache
 
 import canopen
-from axisync_schemas.eds import drive_eds_text
 from canopen.objectdictionary import ODVariable
 from canopen.objectdictionary.eds import import_eds
+
+from axisync_schemas.eds import drive_eds_text
 
 Key = tuple[int, int]
 """Index and sub-index."""

@@ -77,6 +77,7 @@ class Profile:
         self._settled = -1
         self._pending: State | None = None
         self._halted = False
+        self._approaching = False
         self._refused = False
         self._limited = False
         self._outside_since: int | None = None
@@ -164,6 +165,7 @@ class Profile:
             self._emergencies.code = 0
             if not self._motor.torque_on:
                 self._motor.switch_on(now)
+                self._approaching = True
         elif state not in POWERED:
             self._motor.switch_off(now)
             self._outside_since = None
@@ -246,11 +248,23 @@ class Profile:
         demand = motor.demand
         start = demand.at(now)
         target = self._clamped(self._unwrapped(round(start)))
-        expected = start + demand.velocity_at(now) * self.period_ns * 1e-9
-        if abs(target - expected) > self._step_max:
+        if self._approaching:
+            reached = self._approach(start, target)
+        else:
+            expected = start + demand.velocity_at(now) * self.period_ns * 1e-9
+            reached = target if abs(target - expected) <= self._step_max else None
+        if reached is None:
             self._on_fault(ErrorCode.IMPLAUSIBLE_TARGET, now)
         elif now >= motor.released_at:
-            motor.follow(target, now, self.period_ns, self._specification.hold_on_missed)
+            motor.follow(reached, now, self.period_ns, self._specification.hold_on_missed)
+
+    def _approach(self, start: float, target: float) -> float | None:
+        """After enabling, the first targets may be anywhere in the enable window; no faster there than plausible."""
+        distance = target - start
+        if abs(distance) > self._specification.enable_window:
+            return None
+        self._approaching = abs(distance) > self._step_max
+        return start + min(max(distance, -self._step_max), self._step_max)
 
     def _halt(self, now: int) -> bool:
         if self.controlword & HALT_BIT:

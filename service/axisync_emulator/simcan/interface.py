@@ -127,14 +127,17 @@ class SimCanBus(can.BusABC):
             received.extend(unpack_frames(packet))
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        if not self._received:
+        received = self._received
+        if not received:
             self._read()
-        if not self._received and timeout != 0:
+        if not received and timeout != 0:
             select.select([self._sock], [], [], timeout)
             self._read()
-        if not self._received:
-            return None, False
-        return _message(*self._received.popleft()), False
+        while received:
+            message = _message(*received.popleft())
+            if self._filters is None or self._matches_filters(message):
+                return message, True
+        return None, True
 
     def shutdown(self) -> None:
         """Leaves the bus, and the lock-step time."""

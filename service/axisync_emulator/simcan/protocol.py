@@ -29,8 +29,8 @@ WAIT = struct.Struct("<QB7x")
 AT = struct.Struct("<Q")
 """It is this time ns now."""
 
-BUFFER_BYTES = 4 * 1024 * 1024
-"""Wished for socket buffers: seconds of frames, so that a late reader loses none. The kernel may give less."""
+BUFFER_BYTES = 1024 * 1024
+"""Wished for send buffers: some thousand packets, so that a late reader loses none. The kernel may give less."""
 
 
 class ProtocolError(ValueError):

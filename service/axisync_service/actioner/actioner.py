@@ -9,7 +9,6 @@ from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.events import EventKind
 from axisync_schemas.internal import ControllerEvent, ControllerReply, GroupCommand, PlanResult
 from axisync_schemas.replies import GroupReply, LeaseReply, MoveReport
-
 from axisync_service.actioner import admission
 from axisync_service.actioner.controller_calls import ControllerCalls
 from axisync_service.actioner.desk import Call, Desk

@@ -7,7 +7,6 @@ from axisync_schemas.cell import Axis, Cell
 from axisync_schemas.commands import JointMove
 from axisync_schemas.enumerations import GroupState, Phase
 from axisync_schemas.errors import ErrorCode, Refusal
-
 from axisync_service.actioner.world import World
 from axisync_service.planner.targets import target_of
 

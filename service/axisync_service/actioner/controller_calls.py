@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from axisync_schemas.errors import ErrorBody, ErrorCode, Refusal
 from axisync_schemas.internal import BeginCommand, ControllerReply, GroupCommand
-
 from axisync_service.actioner.desk import Call, Desk
 from axisync_service.actioner.ports import Ports
 from axisync_service.actioner.world import World

@@ -11,7 +11,6 @@ from axisync_schemas.events import EventKind
 from axisync_schemas.log_models import RequestLog
 from axisync_schemas.replies import Reply
 from axisync_schemas.topics import LOG_REQUESTS
-
 from axisync_service.actioner.idempotency import Idempotency, Key
 from axisync_service.actioner.ports import Answer, Incoming, Notice, Ports
 from axisync_service.actioner.rate import RateLimiter

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from uuid import UUID
 
 from axisync_schemas.errors import ErrorCode, Refusal
-
 from axisync_service.actioner.ports import Answer, Respond
 
 KEEP_NS = 600 * 10**9

@@ -17,7 +17,6 @@ from axisync_schemas.log_models import PlanLog
 from axisync_schemas.memory import PLAN_SLOTS
 from axisync_schemas.replies import MoveReply
 from axisync_schemas.topics import LOG_PLANS
-
 from axisync_service.actioner import admission
 from axisync_service.actioner.controller_calls import ControllerCalls
 from axisync_service.actioner.desk import Call, Desk

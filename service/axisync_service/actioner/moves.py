@@ -5,14 +5,11 @@ from dataclasses import dataclass
 
 from axisync_schemas.enumerations import GroupState, MoveStatus
 from axisync_schemas.replies import MoveReport
-
 from axisync_service.actioner.world import World
 
 KEEP_AT_MOST = 1000
 UNSEEN_NS = 1_000_000_000
 """A move that the controller does not show for this long has ended without our hearing of it."""
-
-ACTIVE = frozenset({MoveStatus.EXECUTING, MoveStatus.HELD})
 
 
 def move_id_of(plan_id: int) -> str:
@@ -41,58 +38,53 @@ class Move:
     progress: float = 0.0
     reason: str | None = None
 
-    @property
-    def active(self) -> bool:
-        """It holds its groups and its plan slot."""
-        return self.status in ACTIVE
-
 
 class Moves:
-    """The newest 1,000 moves by plan id."""
+    """Active moves, and the newest 1,000 of those that have ended, by plan id."""
 
     def __init__(self) -> None:
-        self._moves: OrderedDict[int, Move] = OrderedDict()
+        self._active: dict[int, Move] = {}
+        self._ended: OrderedDict[int, Move] = OrderedDict()
 
     def add(self, move: Move) -> None:
         """A move that is about to begin, or was found going on."""
-        self._moves[move.plan_id] = move
-        excess = len(self._moves) - KEEP_AT_MOST
-        if excess > 0:
-            for plan_id in [m.plan_id for m in self._moves.values() if not m.active][:excess]:
-                del self._moves[plan_id]
+        self._active[move.plan_id] = move
 
     def drop(self, plan_id: int) -> None:
         """The controller refused it: it never was."""
-        self._moves.pop(plan_id, None)
+        self._active.pop(plan_id, None)
 
     def active(self) -> list[Move]:
-        """The moves that hold groups and slots."""
-        return [move for move in self._moves.values() if move.active]
+        """The moves that hold groups and slots: at most one for each group."""
+        return list(self._active.values())
 
     def on_group(self, group: int) -> Move | None:
         """The active move of an elementary group."""
-        return next((move for move in self.active() if group in move.members), None)
+        return next((move for move in self._active.values() if group in move.members), None)
 
     def get(self, plan_id: int) -> Move | None:
         """By its number, if it is among those kept."""
-        return self._moves.get(plan_id)
+        return self._active.get(plan_id) or self._ended.get(plan_id)
 
     def find(self, move_id: str) -> Move | None:
         """By its name on the wire."""
         number = move_id.removeprefix("m-")
         if not number.isdecimal() or len(number) > 20:
             return None
-        move = self._moves.get(int(number))
+        move = self.get(int(number))
         return move if move is not None and move.accepted and move_id_of(move.plan_id) == move_id else None
 
     def end(self, plan_id: int, status: MoveStatus, reason: str | None) -> Move | None:
         """It has ended; None where it was not active."""
-        move = self._moves.get(plan_id)
-        if move is None or not move.active:
+        move = self._active.pop(plan_id, None)
+        if move is None:
             return None
         move.status, move.reason = status, reason
         if status is MoveStatus.SUCCEEDED:
             move.progress = 1.0
+        self._ended[plan_id] = move
+        if len(self._ended) > KEEP_AT_MOST:
+            self._ended.popitem(last=False)
         return move
 
     def observe(self, world: World) -> None:

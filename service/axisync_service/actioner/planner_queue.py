@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.internal import PlanJob, PlanResult
 from axisync_schemas.replies import MoveReply
-
 from axisync_service.actioner.ports import Ports
 
 TIMEOUT_NS = 2 * 10**9

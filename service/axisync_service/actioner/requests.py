@@ -2,13 +2,14 @@
 
 from typing import Any, TypeVar
 
+from pydantic import ValidationError
+from pydantic_core import from_json
+
 from axisync_schemas import SCHEMA_VERSION
 from axisync_schemas.cell import Cell
 from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, Request, StopRequest
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.keys import VERBS
-from pydantic import ValidationError
-from pydantic_core import from_json
 
 MODELS: dict[str, type[Request]] = {
     "move": MoveRequest,

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import can
-from axisync_schemas.cell import Bus
 
+from axisync_schemas.cell import Bus
 from axisync_service.motion_controller.clock import TimeSource
 
 Frame = tuple[int, bytes]

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from axisync_schemas.cell import Bus, Cell
-
 from axisync_service.canopen.pdo import TPDO1_SIZE
 
 LOAD_MAX = 0.85

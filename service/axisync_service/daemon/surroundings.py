@@ -8,7 +8,6 @@ from pathlib import Path
 
 from axisync_schemas.cell import Cell
 from axisync_schemas.memory import Control, Region, create, region_sizes
-
 from axisync_service.daemon.locks import runtime_directory
 
 LOG_SENDERS = ("front", "planner", "controller", "supervisor")

@@ -7,7 +7,6 @@ from enum import Enum, auto
 from axisync_schemas import eds
 from axisync_schemas.cell import Axis, Cell
 from axisync_schemas.enumerations import NmtState
-
 from axisync_service.canopen.nmt import NmtCommand
 from axisync_service.canopen.sdo import SdoClient, SdoError
 from axisync_service.drives.configuration import Row, rows

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 from axisync_schemas.cell import Axis, Cell
-
 from axisync_service.canopen import pdo, sync
 
 CYCLIC_SYNCHRONOUS_POSITION = 8

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 
 from axisync_schemas.cell import Axis, Cell
 from axisync_schemas.enumerations import DriveState, NmtState
-
 from axisync_service.canopen.emcy import Emergency, describe, parse_emergency
 from axisync_service.canopen.nmt import parse_heartbeat
 from axisync_service.canopen.pdo import TPDO1_SIZE, parse_tpdo1

@@ -3,7 +3,6 @@
 from axisync_schemas.commands import MAX_REQUEST_BYTES
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.keys import ANONYMOUS, user_of
-
 from axisync_service.actioner.rate import RATE_HZ, RateLimiter
 
 

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from axisync_schemas.errors import ErrorBody
-
 from axisync_service.actioner.ports import Incoming, Respond
 
 

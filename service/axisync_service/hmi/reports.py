@@ -20,7 +20,6 @@ from axisync_schemas.replies import (
     RecorderReport,
     State,
 )  # fmt: skip
-
 from axisync_service.actioner.moves import move_id_of
 from axisync_service.actioner.requests import MODELS
 from axisync_service.actioner.world import World

@@ -9,11 +9,11 @@ from collections.abc import Callable
 from typing import Any
 
 import zenoh
+
 from axisync_schemas import keys, topics
 from axisync_schemas.cell import Cell
 from axisync_schemas.errors import ErrorBody, ErrorCode, Refusal
 from axisync_schemas.export import MODELS, schema
-
 from axisync_service.actioner.ports import Answer, Incoming, Respond
 from axisync_service.hmi.door import Door, is_wildcard
 from axisync_service.hmi.inbox import Inbox

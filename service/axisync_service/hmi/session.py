@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 import zenoh
+
 from axisync_schemas.keys import ROOT
 
 BLOCKED_CLOSE_US = 100_000

@@ -8,7 +8,6 @@ from axisync_schemas.commands import StopRequest
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.memory import Control, GroupWord
 from axisync_schemas.replies import GroupReply
-
 from axisync_service.actioner.ports import Answer
 from axisync_service.actioner.requests import Unreadable, members_of, parse_as
 from axisync_service.actioner.world import World

@@ -15,7 +15,6 @@ from axisync_schemas.memory import Control, GroupWord
 from axisync_schemas.plan_slots import PlanError, read_plan
 from axisync_schemas.replies import Event
 from axisync_schemas.topics import LOG_EVENTS
-
 from axisync_service.actioner.ports import Notice
 from axisync_service.hmi.reports import wall_time
 from axisync_service.links.log_sink import LogSink

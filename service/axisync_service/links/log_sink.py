@@ -48,6 +48,12 @@ class LogSink:
         lost, self.lost = self.lost, 0
         return lost
 
+    def close(self) -> None:
+        """Closes this end."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
     def _count(self, topic: str, error: OSError) -> None:
         if not self.failing:
             log.warning("log entry lost topic=%s error=%r", topic, str(error))

@@ -1,14 +1,14 @@
 """Snapshots of the robot from shared memory: the newest tick record and the controller's status."""
 
 import numpy as np
+from pydantic import ValidationError
+
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState, Phase
 from axisync_schemas.internal import ControllerStatus, GroupStatus
 from axisync_schemas.memory import Control, Mailbox, Word
 from axisync_schemas.tick_ring import TickRing
 from axisync_schemas.ticks import Records
-from pydantic import ValidationError
-
 from axisync_service.actioner.world import GroupView, World
 
 STALE_NS = 250_000_000

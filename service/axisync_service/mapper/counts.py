@@ -1,8 +1,9 @@
 """Axis positions to drive counts (INT32, wrapping) and back."""
 
 import numpy as np
-from axisync_schemas.cell import Axis
 from numpy.typing import NDArray
+
+from axisync_schemas.cell import Axis
 
 INT32_SPAN = 2**32
 

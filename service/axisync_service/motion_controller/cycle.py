@@ -9,7 +9,6 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import NmtState, Phase
 from axisync_schemas.events import EventKind
 from axisync_schemas.memory import Control, GroupWord, TimingRing, Word
-
 from axisync_service.bus.port import BusPort
 from axisync_service.canopen import sync
 from axisync_service.canopen.nmt import HEARTBEAT_BASE, NMT_ID, make_command, make_heartbeat

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 from axisync_schemas.cell import Cell
-
 from axisync_service.canopen.emcy import EMCY_BASE
 from axisync_service.canopen.nmt import HEARTBEAT_BASE
 from axisync_service.canopen.pdo import TPDO1_BASE

@@ -3,8 +3,9 @@
 import logging
 import socket
 
-from axisync_schemas.internal import CONTROLLER_COMMAND, MAX_PACKET, BeginCommand, GroupCommand
 from pydantic import ValidationError
+
+from axisync_schemas.internal import CONTROLLER_COMMAND, MAX_PACKET, BeginCommand, GroupCommand
 
 COMMANDS_PER_TICK = 8
 _log = logging.getLogger(__name__)

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 
 from axisync_schemas.enumerations import DriveState, GroupState
-
 from axisync_service.drives.cia402 import Controlword, towards_enabled
 from axisync_service.drives.link import DriveLink
 from axisync_service.motion_controller.player import Motion

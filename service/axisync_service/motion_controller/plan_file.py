@@ -8,12 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from pydantic import TypeAdapter, ValidationError
+
 from axisync_schemas.events import EventKind
 from axisync_schemas.internal import CONTROLLER_MESSAGE, BeginCommand, ControllerReply, GroupCommand
 from axisync_schemas.log_models import PlanLog
 from axisync_schemas.memory import PLAN_SLOTS
 from axisync_schemas.plan_slots import Plan, write_plan
-from pydantic import TypeAdapter, ValidationError
 
 _PLANS = TypeAdapter(list[PlanLog])
 

@@ -3,11 +3,12 @@
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
+
 from axisync_motion.path_clock import PathClock, derivatives
 from axisync_motion.stop_table import StopTable
 from axisync_motion.trajectory import Evaluator, Trajectory
 from axisync_schemas.plan_slots import Plan
-from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,6 @@ from axisync_schemas.memory import Mailbox
 from axisync_schemas.replies import Event
 from axisync_schemas.tick_ring import TickRing
 from axisync_schemas.topics import LOG_EVENTS
-
 from axisync_service.bus.port import BusPort
 from axisync_service.canopen.emcy import describe
 from axisync_service.motion_controller.step import Core, Happening, Setpoints
@@ -138,9 +137,7 @@ class TickWriter:
         self._record = ring.layout.new()
         self._field = {name: self._record[name] for name in ring.layout.fields}
 
-    def write(
-        self, tick: int, due_ns: int, lateness_ns: int, skipped: bool, setpoints: Setpoints, core: Core
-    ) -> None:
+    def write(self, tick: int, due_ns: int, lateness_ns: int, skipped: bool, setpoints: Setpoints, core: Core) -> None:
         """The record of tick `tick`, due at `due_ns`: `setpoints` are those in force at that instant."""
         field = self._field
         field["tick"][...] = tick

@@ -5,17 +5,17 @@ At tick k the setpoints of t[k+1] are decided. `advance_skipped` moves motions o
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
+
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState, MoveStatus
 from axisync_schemas.errors import ErrorBody, ErrorCode
 from axisync_schemas.events import EventKind
 from axisync_schemas.internal import BeginCommand, GroupCommand
 from axisync_schemas.plan_slots import Plan, PlanError, PlanReader
-from numpy.typing import NDArray
-
 from axisync_service.canopen.emcy import describe
 from axisync_service.drives.link import DriveLink
 from axisync_service.mapper.counts import CountMap
@@ -32,6 +32,7 @@ START_TOLERANCE = 1e-9
 """A plan must begin at the setpoint, rad: the planner was given its exact bits."""
 
 Array = NDArray[np.float64]
+Severity = Literal["info", "warning", "error"]
 _STATUS = {Ending.SUCCEEDED: MoveStatus.SUCCEEDED, Ending.STOPPED: MoveStatus.STOPPED, Ending.FAILED: MoveStatus.FAILED}
 
 
@@ -42,7 +43,7 @@ class Happening:
     kind: EventKind
     message: str
     group: str | None = None
-    severity: str = "info"
+    severity: Severity = "info"
     details: dict[str, Any] = field(default_factory=dict)
 
 
@@ -456,7 +457,7 @@ class Core:
             else:
                 group.reason = reason
                 self._enter(group, GroupState.STANDSTILL)
-        severity = "error" if ending is Ending.FAILED else "info"
+        severity: Severity = "error" if ending is Ending.FAILED else "info"
         what = f"move {motion.plan_id} of {motion.group} {status.value}" + (f": {reason}" if reason else "")
         self._say(EventKind.MOVE_ENDED, what, None, severity, plan_id=motion.plan_id, status=status.value,
                   reason=reason, group_name=motion.group)  # fmt: skip
@@ -564,12 +565,12 @@ class Core:
         if group.state is state:
             return
         before, group.state, self.changed = group.state, state, True
-        severity = "error" if state is GroupState.FAULT else "info"
+        severity: Severity = "error" if state is GroupState.FAULT else "info"
         self._say(EventKind.GROUP_STATE, f"{group.name}: {before.label} -> {state.label}", group, severity,
                   before=before.label, after=state.label, reason=group.reason)  # fmt: skip
 
     def _say(
-        self, kind: EventKind, message: str, group: GroupMachine | None, severity: str = "info", **details: Any
+        self, kind: EventKind, message: str, group: GroupMachine | None, severity: Severity = "info", **details: Any
     ) -> None:
         name = group.name if group else details.pop("group_name", None)
         self.happenings.append(Happening(kind, message, name, severity, details))

@@ -8,9 +8,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+
 from axisync_motion.trajectory import Trajectory
 from axisync_schemas.cell import Axis
-from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 

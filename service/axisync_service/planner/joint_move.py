@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+
 from axisync_motion import InfeasibleDuration, InvalidLimits, SyncProfile, from_profiles, synchronise
 from axisync_motion.stop_table import stop_table
 from axisync_motion.trajectory import Trajectory
@@ -11,8 +13,6 @@ from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.internal import PlanJob
 from axisync_schemas.plan_slots import Plan
 from axisync_schemas.replies import MoveReply
-from numpy.typing import NDArray
-
 from axisync_service.planner.box import breach
 from axisync_service.planner.targets import target_of
 

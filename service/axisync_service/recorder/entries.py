@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from pydantic import ValidationError
+
 from axisync_schemas.internal import MAX_PACKET, LogEntry
 from axisync_schemas.plan_slots import Plan, PlanError, read_plan
 from axisync_schemas.topics import LOG_PLANS
-from pydantic import ValidationError
-
 from axisync_service.recorder.log_file import JSON_TOPICS
 
 PACKETS_AT_ONCE = 256

@@ -1,8 +1,12 @@
 """One MCAP file (https://mcap.dev/spec) of a cell: its channels, attachments and metadata, and how it ends."""
 
+import contextlib
 import json
 from pathlib import Path
 from typing import IO, Any, cast
+
+from mcap.writer import CompressionType, Writer
+from pydantic import BaseModel
 
 from axisync_schemas import ticks_pb2
 from axisync_schemas.cell import Cell
@@ -10,9 +14,6 @@ from axisync_schemas.log_models import PlanLog, RequestLog
 from axisync_schemas.replies import Event
 from axisync_schemas.ticks import file_descriptor_set
 from axisync_schemas.topics import LOG_EVENTS, LOG_PLANS, LOG_REQUESTS, LOG_SETPOINTS
-from mcap.writer import CompressionType, Writer
-from pydantic import BaseModel
-
 from axisync_service.recorder.clocks import ClockPair
 from axisync_service.recorder.kernel_file import KernelFile, sync_directory
 from axisync_service.recorder.versions import versions_json
@@ -138,11 +139,10 @@ class LogFile:
 
     def abandon(self) -> None:
         """After an error: cuts the file after its last whole chunk, or removes it where it has none. Never raises."""
-        try:
+        with contextlib.suppress(OSError):
             if self._empty:
                 self.path.unlink()
             else:
                 self._file.cut(self._kernel)
+        with contextlib.suppress(OSError):
             self._file.close()
-        except OSError:
-            return

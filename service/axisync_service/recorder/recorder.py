@@ -22,13 +22,13 @@ from axisync_schemas.memory import Control, Word
 from axisync_schemas.replies import Event
 from axisync_schemas.tick_ring import TickRing
 from axisync_schemas.topics import LOG_EVENTS
-
 from axisync_service.recorder.backlog import Backlog
 from axisync_service.recorder.clocks import ClockPair, NanosecondClock, measure
 from axisync_service.recorder.entries import Entries, Message
+from axisync_service.recorder.gaps import Gap, GapReport
 from axisync_service.recorder.log_file import LogFile
 from axisync_service.recorder.rate_limit import RateLimited
-from axisync_service.recorder.ring_reader import Gap, RingReader
+from axisync_service.recorder.ring_reader import RingReader
 
 SECOND_NS = 1_000_000_000
 FLUSH_NS = 900_000_000
@@ -36,7 +36,7 @@ FLUSH_NS = 900_000_000
 SYNC_NS = SECOND_NS
 RETRY_NS = SECOND_NS
 ROTATE_NS = 3600 * SECOND_NS
-"""A file an hour: the writer keeps an index of its chunks in memory, about 14 MB an hour of 12 axes."""
+"""A file an hour: the writer keeps an index of its chunks in memory, about 17 MB an hour of 12 axes."""
 MIN_FREE_BYTES = 4 * 1024 * 1024
 
 Severity = Literal["info", "warning", "error"]
@@ -74,6 +74,8 @@ class Recorder:
         self._monotonic, self._wall = monotonic, wall
         self._cycle_start = struct.Struct("<Q"), ring.layout.offset("cycle_start_ns")
         self._warnings = RateLimited(log)
+        self._gaps = GapReport()
+        self._missed_until = 0
         self._file: LogFile | None = None
         self._clocks: ClockPair = measure(monotonic, wall)
         self._opened_ns = self._synced_ns = 0
@@ -137,6 +139,7 @@ class Recorder:
 
     def _finish(self) -> bool:
         name = self.path.name if self.path else None
+        self._report(self._monotonic(), at_once=True)
         self._event(EventKind.LOG_CLOSED, "the log ends here", file=name, tick=self._reader.next_tick)
         if self._file is None:
             return False
@@ -161,6 +164,7 @@ class Recorder:
     def _take_ticks(self) -> bool:
         if self._reader.restarted():
             log.warning("kind=ticks_anew newest=%d", self._reader.newest)
+            self._missed_until = 0
             self._rotate()
         if self._file is None:
             return False
@@ -171,11 +175,20 @@ class Recorder:
             if self._file.add_tick(record, tick, code.unpack_from(record, offset)[0]):
                 self._on_kernel(tick + 1)  # The reader is further already.
         for gap in gaps:
-            self._report(gap)
+            self._miss(gap)
         return self._reader.behind > 0
 
+    def _miss(self, gap: Gap) -> None:
+        """Counts a gap, but not the part that was counted before its file failed."""
+        rest = Gap(max(gap.first, self._missed_until + 1), gap.last, gap.lost)
+        if rest.ticks > 0:
+            self._missed_until = rest.last
+            self._gaps.add(rest)
+            self._control[Word.RECORDER_LOST] += rest.ticks if rest.lost else 0
+
     def _keep_times(self, now: int) -> None:
-        """Flushes what has waited, syncs, and begins a new file, each when it is time."""
+        """Reports gaps, flushes what has waited, syncs, and begins a new file, each when it is time."""
+        self._report(now)
         if self._file is None:
             return
         if self._waiting_since is not None and now - self._waiting_since >= FLUSH_NS and self._file.flush():
@@ -217,20 +230,14 @@ class Recorder:
         )
         self._add_json(Message(LOG_EVENTS, now, event.model_dump_json().encode()))
 
-    def _report(self, gap: Gap) -> None:
-        count = gap.last - gap.first + 1
-        if gap.lost:
-            self._control[Word.RECORDER_LOST] += count
-        text = "the ring held them no longer" if gap.lost else "the controller never wrote them"
-        log.warning("kind=recorder_lost first=%d last=%d lost=%s", gap.first, gap.last, gap.lost)
-        self._event(
-            EventKind.RECORDER_LOST,
-            f"{count} ticks are not in the log: {text}",
-            "error" if gap.lost else "warning",
-            first=gap.first,
-            last=gap.last,
-            lost=gap.lost,
-        )
+    def _report(self, now: int, at_once: bool = False) -> None:
+        """Says which ticks the log will not have, at most once a second."""
+        report = self._gaps.take(now, at_once)
+        if report is None:
+            return
+        text, details = report
+        log.warning("kind=recorder_lost lost=%s never_written=%s", details["lost"], details["never_written"])
+        self._event(EventKind.RECORDER_LOST, text, "error" if details["lost"] else "warning", **details)
 
     def _wait(self) -> None:
         if self._waiting_since is None:
@@ -262,5 +269,4 @@ class Recorder:
             file.abandon()
         self._failed_ns = self._monotonic()
         self._waiting_since = None
-        self._reader.rewind()
         self._warnings.warn(self._failed_ns, "log_failed", f"file={path} errno={error.errno} error={error.strerror!r}")

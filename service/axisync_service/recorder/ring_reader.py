@@ -1,21 +1,11 @@
 """Reads the ring on from a cursor: which ticks there are, and which will never be had, and why."""
 
-from dataclasses import dataclass
-
 from axisync_schemas.memory import Control, Word
 from axisync_schemas.tick_ring import Missing, TickRing
+from axisync_service.recorder.gaps import Gap
 
 BATCH = 2048
 """Ticks a call, so that a long backlog does not keep the recorder from its heartbeat and its sockets."""
-
-
-@dataclass(slots=True)
-class Gap:
-    """Ticks first..last in a row that the log will not have; `lost`: the ring had them, and has them no longer."""
-
-    first: int
-    last: int
-    lost: bool
 
 
 class RingReader:

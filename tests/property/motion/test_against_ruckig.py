@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from axisync_motion import synchronise, synchronise_batch
 
 ruckig = pytest.importorskip("ruckig")

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from axisync_motion import InfeasibleDuration, InvalidLimits, SyncProfile, synchronise, synchronise_batch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from axisync_motion import InfeasibleDuration, InvalidLimits, SyncProfile, synchronise, synchronise_batch
 
 # Reproducible everywhere; time limits would make the result depend on the machine.
 short = settings(derandomize=True, deadline=None, max_examples=150)

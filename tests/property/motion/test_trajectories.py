@@ -4,6 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from axisync_motion import (
     Evaluator,
     Trajectory,
@@ -14,8 +17,6 @@ from axisync_motion import (
     synchronise,
 )
 from axisync_motion.path_bounds import PathBounds
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 short = settings(derandomize=True, deadline=None, max_examples=100)
 EPS = float(np.finfo(np.float64).eps)

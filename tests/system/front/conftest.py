@@ -17,17 +17,35 @@ from uuid import uuid4
 
 import pytest
 import zenoh
+
 from axisync_motion.trajectory import Trajectory
 from axisync_schemas.cell import Cell, read_cell
 from axisync_schemas.enumerations import GroupState, Phase
 from axisync_schemas.errors import ErrorBody
 from axisync_schemas.events import EventKind
 from axisync_schemas.internal import (
-    CONTROLLER_COMMAND, MAX_PACKET, BeginCommand, BusStatus, ControllerEvent, ControllerReply, ControllerStatus,
-    DriveStatus, GroupCommand, GroupStatus,
+    CONTROLLER_COMMAND,
+    MAX_PACKET,
+    BeginCommand,
+    BusStatus,
+    ControllerEvent,
+    ControllerReply,
+    ControllerStatus,
+    DriveStatus,
+    GroupCommand,
+    GroupStatus,
 )  # fmt: skip
 from axisync_schemas.memory import (
-    PLAN_SLOT_BYTES, PLAN_SLOTS, STATUS_BYTES, Control, GroupWord, Mailbox, Region, TimingRing, Word, create,
+    PLAN_SLOT_BYTES,
+    PLAN_SLOTS,
+    STATUS_BYTES,
+    Control,
+    GroupWord,
+    Mailbox,
+    Region,
+    TimingRing,
+    Word,
+    create,
 )  # fmt: skip
 from axisync_schemas.plan_slots import Plan, read_plan
 from axisync_schemas.replies import Event
@@ -327,6 +345,14 @@ class Service:
         self.processes[name].kill()
         self.processes[name].wait()
 
+    @contextlib.contextmanager
+    def blocked_port(self) -> Iterator[int]:
+        """A port that somebody else listens on."""
+        with socket.socket() as other:
+            other.bind(("127.0.0.1", 0))
+            other.listen()
+            yield other.getsockname()[1]
+
     def client(self) -> Client:
         """A connected client of the running front."""
         config = zenoh.Config()
@@ -429,3 +455,25 @@ def client(service: Service) -> Iterator[Client]:
         client.session.close()
 
 
+@pytest.fixture
+def refused() -> Callable[..., dict[str, Any]]:
+    """Error body of a call that must be refused."""
+
+    def call(work: Callable[..., Any], *arguments: Any) -> dict[str, Any]:
+        with pytest.raises(Refused) as caught:
+            work(*arguments)
+        return caught.value.body
+
+    return call
+
+
+@pytest.fixture
+def refusal() -> type[Exception]:
+    """What a refused call raises."""
+    return Refused
+
+
+@pytest.fixture
+def new_service() -> Callable[[Path], Service]:
+    """Makes a service whose processes the test starts itself."""
+    return Service

@@ -1,15 +1,10 @@
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
+
 from axisync_cli.main import main
-
-sys.path.insert(0, str(Path(__file__).parent))  # for command_line
-sys.path.insert(0, str(Path(__file__).parents[1] / "client"))  # for cell_peer
-
-from cell_peer import Peer
-from command_line import Outcome, Run
+from support.cell_peer import Peer
+from support.command_line import Outcome, Run
 
 
 @pytest.fixture(autouse=True)

@@ -1,12 +1,13 @@
 import time
 
 import pytest
+
 from axisync_cli.main import main
 from axisync_client import Client
 from axisync_schemas.enumerations import MoveStatus
 from axisync_schemas.errors import ErrorCode, Refusal
-from cell_peer import Peer, free_port
-from command_line import Run
+from support.cell_peer import Peer, free_port
+from support.command_line import Run
 
 STEP = ("--joint", "-5,0,0,0,0,0deg", "--relative")
 QUICK = (*STEP, "--duration", "0.3")

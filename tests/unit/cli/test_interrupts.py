@@ -8,8 +8,9 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
+
 from axisync_schemas.enumerations import MoveStatus
-from cell_peer import Peer
+from support.cell_peer import Peer
 
 MOVE = ("move", "kingkong", "--joint", "5,0,0,0,0,0deg", "--relative", "--duration", "60")
 Command = Callable[..., "subprocess.Popen[str]"]

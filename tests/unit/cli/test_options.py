@@ -1,4 +1,5 @@
 import pytest
+
 from axisync_cli.options import hoist
 
 

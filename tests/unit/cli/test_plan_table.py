@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+
 from axisync_cli.plan_table import peaks
 from axisync_motion import synchronise
 

@@ -1,9 +1,10 @@
 import math
 
 import pytest
-from axisync_cli.quantities import duration_s, joint_target, speed_scale
 from hypothesis import given
 from hypothesis import strategies as st
+
+from axisync_cli.quantities import duration_s, joint_target, speed_scale
 
 RIGHT = math.radians(90)
 

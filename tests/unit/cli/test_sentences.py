@@ -1,4 +1,5 @@
 import pytest
+
 from axisync_cli import sentences
 from axisync_client import LeaseLost, Refused, Unavailable
 from axisync_schemas.errors import ErrorBody, ErrorCode

@@ -1,13 +1,9 @@
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
+
 from axisync_client import Client
-
-sys.path.insert(0, str(Path(__file__).parent))  # for cell_peer
-
-from cell_peer import Peer
+from support.cell_peer import Peer
 
 
 @pytest.fixture(autouse=True)

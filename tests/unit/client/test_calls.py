@@ -2,6 +2,7 @@ import json
 import math
 
 import pytest
+
 from axisync_client import InvalidArgument, UnexpectedReply, calls
 from axisync_client.calls import JointOptions
 

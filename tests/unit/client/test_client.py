@@ -2,9 +2,10 @@ import time
 
 import numpy as np
 import pytest
+
 from axisync_client import Client, InvalidArgument, Refused, TimedOut, Unavailable, UnexpectedReply
 from axisync_schemas.errors import ErrorCode, Refusal
-from cell_peer import Peer, free_port
+from support.cell_peer import Peer, free_port
 
 
 def test_what_is_so(client: Client, peer: Peer) -> None:

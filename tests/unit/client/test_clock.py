@@ -1,4 +1,5 @@
 import pytest
+
 from axisync_client.clock import DaemonClock
 
 

@@ -1,6 +1,7 @@
 import json
 
 import pytest
+
 from axisync_client import InvalidArgument, Unavailable, UnexpectedReply
 from axisync_client.discovery import check_versions, the_cell
 

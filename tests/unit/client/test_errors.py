@@ -1,4 +1,5 @@
 import pytest
+
 from axisync_client import MoveHeld, Refused, Unavailable
 from axisync_client.errors import fix_of
 from axisync_schemas.enumerations import MoveStatus

@@ -7,7 +7,8 @@ import sys
 import time
 
 import pytest
-from cell_peer import Peer
+
+from support.cell_peer import Peer
 
 BEGIN = """
 import os, sys, threading, time

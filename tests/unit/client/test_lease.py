@@ -1,8 +1,9 @@
 import time
 
 import pytest
+
 from axisync_client import AxisyncError, Client, InvalidArgument, Lease, LeaseLost, Refused, deg
-from cell_peer import Peer
+from support.cell_peer import Peer
 
 
 def wait_until(what: object, timeout_s: float = 5.0) -> None:

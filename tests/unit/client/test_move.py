@@ -3,6 +3,7 @@ import time
 
 import numpy as np
 import pytest
+
 from axisync_client import (
     Client,
     Lease,
@@ -16,7 +17,7 @@ from axisync_client import (
     Unavailable,
     deg,
 )
-from cell_peer import Peer
+from support.cell_peer import Peer
 
 STEP = deg(5, 0, 0, 0, 0, 0)
 

@@ -2,6 +2,7 @@ import threading
 import time
 
 import pytest
+
 from axisync_client import AxisyncError, InvalidArgument, Refused, TimedOut, Unavailable
 from axisync_client.renewal import Renewal, is_final
 from axisync_schemas.errors import ErrorBody, ErrorCode

@@ -1,4 +1,5 @@
 import pytest
+
 from axisync_client import InvalidArgument
 from axisync_client.settings import DEFAULT_ENDPOINT, resolve
 

@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from axisync_client import Client, Stream, Unavailable, UnexpectedReply, streams
 from axisync_client import client as client_module
 from axisync_schemas.replies import Event
-from cell_peer import Peer
+from support.cell_peer import Peer
 
 
 def publish_until_seen(peer: Peer, stream: Stream[Any], publish: Callable[[], None]) -> Any:

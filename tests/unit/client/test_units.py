@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+
 from axisync_client import InvalidArgument, deg, to_deg
 from axisync_client.units import as_target
 

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+
 from axisync_emulator.drive.axis_model import BANDWIDTH_HZ, DAMPING, LAG_S, AxisModel
 from axisync_emulator.drive.demand import Demand
 from axisync_emulator.drive.motor import Motor

@@ -3,6 +3,7 @@
 import itertools
 
 import pytest
+
 from axisync_emulator.drive.states import STATE_MASK, TRANSITIONS, Command, State, command_of
 
 # state, controlword bits 7..0 -> state (CiA 402-2, table 'Command coding' and figure 'Finite state automaton')

@@ -1,10 +1,11 @@
 """SYNC counting and which SYNC triggers which TPDO."""
 
 import pytest
+from canopen import SdoAbortedError
+
 from axisync_emulator.drive.object_dictionary import Objects
 from axisync_emulator.drive.pdo import Rpdo, Tpdo
 from axisync_emulator.drive.sync import SyncConsumer
-from canopen import SdoAbortedError
 
 NODE = 3
 

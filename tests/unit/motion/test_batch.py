@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from axisync_motion import InfeasibleDuration, InvalidLimits, synchronise, synchronise_batch
 
 V, A, J = np.array([30.0, 2.0, 5.0]), np.array([40.0, 900.0, 3.0]), np.array([80.0, 70.0, 1e3])

@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+
 from axisync_motion import InfeasibleDuration, InvalidLimits, lowest_jerk, synchronise, time_optimal
 
 START = np.array([0.0, -150.0, 60.0, -45.0, -45.0, 45.0])

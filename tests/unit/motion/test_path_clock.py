@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from axisync_motion import PathClock, derivatives
 
 DT = 0.002

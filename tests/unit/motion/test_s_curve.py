@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+
 from axisync_motion import Profile, lowest_acceleration, synchronise, time_optimal
 
 PULSES = ["constant", "parabolic"]

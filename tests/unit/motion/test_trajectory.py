@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from axisync_motion import Evaluator, Trajectory, concatenate, from_profiles, synchronise
 
 START = np.array([0.1, -2.6, 1.05, -0.78, -0.78, 0.7853981633974483])

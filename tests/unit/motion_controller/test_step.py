@@ -5,8 +5,6 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from support.ideal_drive import Bench
-from support.plans import joint_plan
 
 from axisync_schemas.cell import parse_cell
 from axisync_schemas.enumerations import DriveState, GroupState
@@ -15,6 +13,8 @@ from axisync_schemas.internal import BeginCommand, GroupCommand
 from axisync_schemas.memory import PLAN_SLOT_BYTES
 from axisync_schemas.plan_slots import PlanReader, write_plan
 from axisync_service.motion_controller.step import Core
+from support.ideal_drive import Bench
+from support.plans import joint_plan
 
 TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
 P2 = [math.radians(x) for x in (100, -90, -60, -120, 45, 45)]
@@ -35,7 +35,9 @@ def enable(bench: Bench, group: str = "all") -> None:
     assert bench.replies.pop(1) is None
 
 
-def begin(bench: Bench, group: str = "kingkong", target: list[float] | None = None, slot: int = 0, ref: int = 2) -> None:
+def begin(
+    bench: Bench, group: str = "kingkong", target: list[float] | None = None, slot: int = 0, ref: int = 2
+) -> None:
     indices = bench.cell.axis_indices(group)
     start = [bench.core.current.position[i] for i in indices]
     plan = joint_plan(bench.cell, group, start, target or P2 * (len(indices) // 6), plan_id=ref)

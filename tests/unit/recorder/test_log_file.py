@@ -1,18 +1,21 @@
 """One MCAP file: readable by others, whole chunks at once in the kernel, readable wherever it is cut."""
 
+import errno
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
 from axisync_schemas.cell import Cell, read_cell
 from axisync_schemas.tick_ring import TickRing
 from axisync_schemas.ticks import TickLayout
 from axisync_service.recorder.clocks import ClockPair
 from axisync_service.recorder.log_file import CHUNK_BYTES, LogFile, new_file
-from mcap.reader import make_reader
-from mcap_protobuf.decoder import DecoderFactory
 from support.feeder import Feeder
 from support.logread import LogError, read_log
 from support.recording import CELL
@@ -198,3 +201,23 @@ def test_abandoning_keeps_whole_chunks_and_removes_a_file_without_any(
     other.abandon()
     assert other.path.stat().st_size == size
     assert len(read_log(other.path).ticks) == reached[-1]
+
+
+def test_abandoning_cuts_a_torn_chunk_off(file: LogFile, feeder: Feeder, monkeypatch: pytest.MonkeyPatch) -> None:
+    reached = add(file, feeder, 1, 150)
+    whole = file.path.stat().st_size
+    write = os.write
+
+    def half(fd: int, data: memoryview) -> int:
+        if len(data) < 1000:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(fd, data[: len(data) // 2])
+
+    monkeypatch.setattr(os, "write", half)
+    with pytest.raises(OSError, match="No space"):
+        add(file, feeder, 151, 300)
+    monkeypatch.undo()
+    assert file.path.stat().st_size > whole
+    file.abandon()
+    assert file.path.stat().st_size == whole
+    assert len(read_log(file.path).ticks) == reached[-1]

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
 from axisync_schemas.internal import LogEntry
 from axisync_schemas.memory import Control, Word
 from axisync_schemas.tick_ring import TickRing
@@ -15,9 +16,10 @@ from axisync_schemas.ticks import TickLayout
 from axisync_service.recorder.backlog import Backlog
 from axisync_service.recorder.clocks import ClockPair, measure
 from axisync_service.recorder.entries import Entries, Message
+from axisync_service.recorder.gaps import NAMED, Gap, GapReport
 from axisync_service.recorder.kernel_file import KernelFile
 from axisync_service.recorder.rate_limit import RateLimited
-from axisync_service.recorder.ring_reader import Gap, RingReader
+from axisync_service.recorder.ring_reader import RingReader
 
 LAYOUT = TickLayout(2, 1)
 SLOTS = 16
@@ -107,6 +109,33 @@ def test_a_controller_that_counts_anew_is_noticed_once(ring: Ring) -> None:
     assert ring.reader.restarted()
     assert not ring.reader.restarted()
     assert ring.read() == ([1, 2], [])
+
+
+def test_a_gap_that_goes_on_is_one_and_reports_come_once_a_second() -> None:
+    second = 1_000_000_000
+    report = GapReport()
+    assert report.take(0) is None
+    report.add(Gap(5, 6, lost=True))
+    report.add(Gap(7, 9, lost=True))
+    report.add(Gap(10, 10, lost=False))
+    taken = report.take(0)
+    assert taken is not None
+    assert taken[0] == "ticks are missing from the log: 5 that the ring held no longer, 1 never written"
+    assert taken[1] == {"lost": 5, "never_written": 1, "ranges": [[5, 9], [10, 10]], "more": 0}
+    report.add(Gap(20, 21, lost=True))
+    assert report.take(second - 1) is None
+    assert report.take(second - 1, at_once=True) is not None
+    assert report.take(3 * second) is None
+
+
+def test_a_report_names_so_many_gaps_and_counts_the_rest() -> None:
+    report = GapReport()
+    for number in range(NAMED + 5):
+        report.add(Gap(10 * number, 10 * number + 1, lost=True))
+    taken = report.take(0)
+    assert taken is not None
+    assert len(taken[1]["ranges"]) == NAMED  # type: ignore[arg-type]
+    assert taken[1]["more"] == 10
 
 
 def test_entries_become_messages(pair: tuple[socket.socket, Entries]) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
 from axisync_schemas.cell import read_cell
 from axisync_schemas.internal import LogEntry
 from axisync_schemas.memory import Control, Word
@@ -67,6 +68,10 @@ class Bench:
         return self.control[Word.RECORDER_CURSOR]
 
 
+def no_space(*_: object) -> int:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
     one = Bench(tmp_path)
@@ -85,6 +90,13 @@ def test_the_cursor_moves_with_whole_chunks_only(bench: Bench) -> None:
         seen.add(bench.cursor)
     assert 4 <= len(seen) <= 6
     assert bench.cursor <= 400
+
+
+def test_the_cursor_is_not_where_the_reader_is(bench: Bench) -> None:
+    bench.feeder.write(1, 250)  # Two chunks, and the beginning of a third.
+    bench.step()
+    assert 150 < bench.cursor < 250
+    assert len(bench.log().ticks) == bench.cursor - 1
 
 
 def test_what_waits_is_flushed_within_a_second(bench: Bench) -> None:
@@ -136,21 +148,33 @@ def test_ticks_the_controller_never_wrote_are_said_but_not_counted_as_lost(bench
     bench.step()
     bench.recorder.close()
     events = [event.data for event in bench.log().events if event.data["kind"] == "recorder_lost"]
-    assert [event["details"] for event in events] == [{"first": 11, "last": 14, "lost": False}]
+    assert [event["details"]["ranges"] for event in events] == [[[11, 14]]]
+    assert events[0]["details"]["lost"] == 0
     assert bench.control[Word.RECORDER_LOST] == 0
+
+
+def test_a_gap_is_counted_once_though_its_file_fails(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench.feeder.write(1, SLOTS + 10)
+    for _ in range(3):
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "write", no_space)
+            bench.step(1.1)
+        assert bench.state == RecorderState.FAILING
+    bench.feeder.write(SLOTS + 11, SLOTS + 13)
+    bench.step(1.1)
+    bench.recorder.close()
+    assert bench.control[Word.RECORDER_LOST] == 13
+    assert bench.log().ticks["tick"].tolist() == list(range(14, SLOTS + 14))
 
 
 def test_a_failing_sync_ends_the_file_and_the_next_second_brings_a_new_one(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(_: int) -> None:
-        raise OSError(errno.EIO, os.strerror(errno.EIO))
-
     bench.feeder.write(1, 300)
     bench.step()
     cursor = bench.cursor
     with monkeypatch.context() as patch:
-        patch.setattr(os, "fdatasync", broken)
+        patch.setattr(os, "fdatasync", no_space)
         bench.send("/events", n=1)
         bench.step(1.1)
     assert (bench.state, bench.recorder.path) == (RecorderState.FAILING, None)
@@ -169,7 +193,7 @@ def test_a_failing_sync_ends_the_file_and_the_next_second_brings_a_new_one(
 
 
 def test_no_new_file_while_the_disk_has_hardly_any_room(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(os, "fdatasync", lambda _: (_ for _ in ()).throw(OSError(errno.ENOSPC, "No space")))
+    monkeypatch.setattr(os, "fdatasync", no_space)
     bench.feeder.write(1, 10)
     bench.step(1.1)
     monkeypatch.undo()
@@ -185,7 +209,7 @@ def test_no_new_file_while_the_disk_has_hardly_any_room(bench: Bench, monkeypatc
 def test_closing_without_a_disk_says_what_is_missing(
     bench: Bench, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(os, "write", lambda *_: (_ for _ in ()).throw(OSError(errno.ENOSPC, "No space")))
+    monkeypatch.setattr(os, "write", no_space)
     bench.feeder.write(1, 300)
     assert not bench.recorder.close()
     assert "kind=log_incomplete ticks=300" in caplog.text
@@ -194,11 +218,12 @@ def test_closing_without_a_disk_says_what_is_missing(
 def test_all_messages_of_a_round_survive_a_file_that_fails_at_the_first(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(os, "write", lambda *_: (_ for _ in ()).throw(OSError(errno.EIO, "Input/output error")))
+    monkeypatch.setattr(os, "write", no_space)
     for number in range(9):
         bench.send("/events", n=number, padding="x" * 14_000)
-    bench.step()
-    assert bench.state == RecorderState.FAILING
+    for seconds in (0.1, 1.1, 1.1):
+        bench.step(seconds)
+        assert bench.state == RecorderState.FAILING
     monkeypatch.undo()
     bench.step(1.1)
     bench.recorder.close()

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from axisync_schemas import plan_slots
 from axisync_schemas.memory import Word
 from support.feeder import Feeder
@@ -102,7 +103,8 @@ def test_ticks_that_the_ring_no_longer_holds_are_counted_and_said(recording: Rec
     assert status == 0
     assert recording.control[Word.RECORDER_LOST] == 300
     lost = [event.data for event in log.events if event.data["kind"] == "recorder_lost"]
-    assert [event["details"] for event in lost] == [{"first": 101, "last": 400, "lost": True}]
+    assert [event["details"]["ranges"] for event in lost] == [[[101, 400]]]
+    assert lost[0]["details"]["lost"] == 300
     assert "kind=recorder_lost" in said
     assert log.ticks["tick"].tolist() == [*range(1, 101), *range(401, 401 + recording.slots)]
 

@@ -15,7 +15,9 @@ def test_words_are_separate() -> None:
         for word in GroupWord:
             control.set_group(group, word, 100 + 10 * group + word)
     assert [control[word] for word in Word] == list(range(1, len(Word) + 1))
-    assert [control.group(g, w) for g in range(3) for w in GroupWord] == [100 + 10 * g + w for g in range(3) for w in GroupWord]
+    assert [control.group(g, w) for g in range(3) for w in GroupWord] == [
+        100 + 10 * g + w for g in range(3) for w in GroupWord
+    ]
 
 
 def test_mailbox_gives_the_newest_record() -> None:

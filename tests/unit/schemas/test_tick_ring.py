@@ -4,6 +4,7 @@ import mmap
 import threading
 
 import pytest
+
 from axisync_schemas.memory import RING_SECONDS
 from axisync_schemas.tick_ring import HEADER_BYTES, Missing, TickRing, slots_for
 from axisync_schemas.ticks import TickLayout

@@ -3,14 +3,15 @@
 import struct
 from pathlib import Path
 
-import axisync_schemas
 import numpy as np
 import pytest
-from axisync_schemas import ticks_pb2
-from axisync_schemas.ticks import PER_GROUP, Records, TickError, TickLayout, file_descriptor_set, varint
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from hypothesis import given
 from hypothesis import strategies as st
+
+import axisync_schemas
+from axisync_schemas import ticks_pb2
+from axisync_schemas.ticks import PER_GROUP, Records, TickError, TickLayout, file_descriptor_set, varint
 
 SHAPES = [(1, 1), (6, 1), (12, 2), (15, 3), (16, 16), (48, 2), (64, 16), (2048, 1)]
 """From 16 axes on, a field of 8-byte values needs two bytes for its length; from 2048 on three."""
@@ -173,7 +174,7 @@ def test_the_descriptor_set_alone_reads_a_record() -> None:
 
 
 def test_the_committed_python_is_that_of_the_proto(tmp_path: Path) -> None:
-    from grpc_tools import protoc
+    from grpc_tools import protoc  # type: ignore[import-untyped]
 
     schemas = Path(axisync_schemas.__file__).parents[1]
     status = protoc.main(

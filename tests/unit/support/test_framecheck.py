@@ -4,6 +4,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+
 from axisync_schemas.cell import Cell, read_cell
 from support import framecheck
 from support.framecheck import Frame

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import zenoh
+
 from axisync_schemas import keys
 from axisync_schemas.base import Strict
 from axisync_schemas.cell import Cell, read_cell
@@ -35,7 +36,7 @@ from axisync_schemas.replies import (
 )
 from axisync_schemas.ticks import TickLayout
 
-CELL_FILE = Path(__file__).parents[3] / "service" / "axisync_service" / "cells" / "eod.toml"
+CELL_FILE = Path(__file__).parents[2] / "service" / "axisync_service" / "cells" / "eod.toml"
 Body = dict[str, Any]
 
 

@@ -1,0 +1,121 @@
+"""The paper's move on the kernel's CAN: the real service, emulated drives on vcan0 and vcan1, a client process.
+
+At a slower period, since user-mode Linux has one CPU. Judged from frames and log, as on simcan.
+"""
+
+import contextlib
+import math
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from support import framecheck, logcheck
+from support.daemon import Daemon, patient, running
+from support.logread import Log, read_log
+from vcan.slower_cell import cell_text
+
+pytestmark = [pytest.mark.vcan, pytest.mark.timeout(240)]
+
+P2 = (100, -90, -60, -120, 45, 45)
+PERIOD_MS = 20.0
+BUFFER_BYTES = 8 << 20
+"""For an observer that does not get the CPU for seconds."""
+
+
+@dataclass(slots=True)
+class Played:
+    """One run that was ended properly; `seen`: what `candump` of can-utils recorded, where it is installed."""
+
+    daemon: Daemon
+    code: int
+    log: Log
+    seen: list[Path]
+
+
+def axisync(daemon: Daemon, *arguments: str) -> str:
+    """Runs the command line as a user would; its output."""
+    done = subprocess.run(
+        [sys.executable, "-m", "axisync_cli.main", "--timeout", "20", *arguments],
+        env={**daemon.environment, "AXISYNC_ENDPOINT": daemon.endpoint},
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr + daemon.output
+    return done.stdout
+
+
+@contextlib.contextmanager
+def recorded(directory: Path) -> Iterator[list[Path]]:
+    """An observer on each bus that is none of our code; no files where there is no candump."""
+    channels = ("vcan0", "vcan1") if shutil.which("candump") else ()
+    files = [directory / f"{channel}.log" for channel in channels]
+    with contextlib.ExitStack() as stack:
+        for channel, file in zip(channels, files, strict=True):
+            output = stack.enter_context(file.open("wb"))
+            process = stack.enter_context(
+                subprocess.Popen(["candump", "-r", str(BUFFER_BYTES), "-L", channel], stdout=output)
+            )
+            stack.callback(process.terminate)
+        yield files
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> Played:
+    """KingKong from P1 to P2."""
+    directory = tmp_path_factory.mktemp("vcan")
+    with recorded(directory) as seen, running(directory, patient(cell_text(PERIOD_MS))) as daemon:
+        axisync(daemon, "enable", "all")
+        axisync(daemon, "move", "kingkong", "--joint", ",".join(map(str, P2)) + "deg")
+        code = daemon.stop()
+    return Played(daemon, code, read_log(*sorted(daemon.log_dir.glob("*.mcap"))), seen)
+
+
+def test_it_ran_on_the_kernels_buses_and_ended_cleanly(played: Played) -> None:
+    assert "vcan0, vcan1 of this kernel" in played.daemon.output
+    assert "Traceback" not in played.daemon.output
+    assert played.code == 0
+
+
+def test_the_plan_takes_the_papers_time(played: Played) -> None:
+    (plan,) = played.log.plans.values()
+    # The drives start on whole counts, up to 3e-6 rad from P1.
+    assert plan["reply"]["duration_s"] == pytest.approx(5.25, abs=1e-4)
+
+
+def test_the_log_keeps_every_promise(played: Played) -> None:
+    assert logcheck.problems(played.log) == []
+    assert [logcheck.completed(played.log, move) for move in logcheck.moves(played.log)] == [True]
+
+
+def frame_problems(played: Played, files: list[Path]) -> list[str]:
+    """What does not agree with the log."""
+    frames = [frame for file in files for frame in framecheck.parse(file)]
+    return framecheck.problems(played.log, framecheck.collect(played.log.cell, frames, first_tick=1))
+
+
+def test_the_drives_received_what_the_log_says(played: Played) -> None:
+    files = sorted(played.daemon.frames_dir.glob("*.log"))
+    assert len(files) == 2
+    assert frame_problems(played, files) == []
+
+
+def test_candump_saw_what_the_log_says(played: Played) -> None:
+    if not played.seen:
+        pytest.skip("there is no candump (Debian: apt install can-utils)")
+    assert frame_problems(played, played.seen) == []
+
+
+def test_the_drives_arrived(played: Played) -> None:
+    standing = np.flatnonzero(played.log.ticks["group_state"][:, 0] == 1)
+    last = played.log.ticks[standing[-1]]
+    target = np.array([math.radians(x) for x in P2])
+    assert (last["position"][:6] == target).all()
+    assert np.abs(last["position_actual"][:6] - target).max() < 2 * 2 * math.pi / 1048576
