@@ -22,8 +22,8 @@ from axisync_schemas.replies import (
 
 DIRECTORY = Path(__file__).parent / "json"
 MODELS: tuple[type[Strict], ...] = (
-    Cell, LeaseRequest, GroupRequest, StopRequest, MoveRequest, ErrorBody, LeaseReply, GroupReply, MoveReply, MoveReport,
-    State, Info, CycleReport, Event, RequestLog, PlanLog,
+    Cell, LeaseRequest, GroupRequest, StopRequest, MoveRequest, ErrorBody, LeaseReply, GroupReply, MoveReply,
+    MoveReport, State, Info, CycleReport, Event, RequestLog, PlanLog,
 )  # fmt: skip
 
 

@@ -17,8 +17,8 @@ def test_nmt() -> None:
 
 @pytest.mark.parametrize(
     ("data", "state"),
-    [("00", NmtState.BOOT_UP), ("05", NmtState.OPERATIONAL), ("7f", NmtState.PRE_OPERATIONAL), ("85", NmtState.OPERATIONAL),
-     ("04", NmtState.STOPPED), ("33", NmtState.UNKNOWN), ("", NmtState.UNKNOWN), ("0505", NmtState.UNKNOWN)],
+    [("00", NmtState.BOOT_UP), ("05", NmtState.OPERATIONAL), ("7f", NmtState.PRE_OPERATIONAL),
+     ("85", NmtState.OPERATIONAL), ("04", NmtState.STOPPED), ("33", NmtState.UNKNOWN), ("", NmtState.UNKNOWN), ("0505", NmtState.UNKNOWN)],
 )  # fmt: skip
 def test_heartbeat(data: str, state: NmtState) -> None:
     assert parse_heartbeat(bytes.fromhex(data)) is state
@@ -42,7 +42,8 @@ def test_emergency() -> None:
 
 
 @pytest.mark.parametrize(
-    ("code", "words"), [(0x8130, "heartbeat of the controller lost"), (0x2399, "current, device output side"), (0x8199, "communication")]
-)  # fmt: skip
+    ("code", "words"),
+    [(0x8130, "heartbeat of the controller lost"), (0x2399, "current, device output side"), (0x8199, "communication")],
+)
 def test_error_codes_in_words(code: int, words: str) -> None:
     assert describe(code) == words
