@@ -55,6 +55,7 @@ class Word(IntEnum):
     RECORDER_STATE = 9  # recorder: 0 not started, 1 writing, 2 failing
     REALTIME = 10  # controller: 1 when it runs under SCHED_FIFO with locked memory
     PLANNER_NS = 11  # planner
+    FRONT_READY = 12  # front: 1 while it sees a running controller, so that commands can be carried out
 
 
 class GroupWord(IntEnum):

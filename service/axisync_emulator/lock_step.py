@@ -25,7 +25,9 @@ def _listen(hubs: Sequence[Hub], times: TimeServer, stop: StopRequest) -> None:
         descriptors += hub.descriptors
     readable = set(select.select(descriptors, [], [])[0])
     for hub in hubs:
-        hub.receive(readable)
+        if hub.listener.fileno() in readable:
+            hub.accept()
+        hub.drain()
     if times.listener.fileno() in readable:
         times.accept()
     for participant in tuple(times.participants):

@@ -34,19 +34,24 @@ def emulate(
         raise typer.Exit(FAILURE)
     world = _open(cell, bus or [], simcan, lock_step, participants, candump)
     try:
-        precise_timers()
-        # Everything that lives long exists by now; a collection in mid-cycle would only walk it again.
-        gc.collect()
-        gc.freeze()
-        print("ready", flush=True)
-        world.run(stop)
+        _run(world, stop)
     except OSError as error:
         _fail(str(error), FAILURE)
+    if statistics:
+        print(*world.statistics(), sep="\n", file=sys.stderr)
+
+
+def _run(world: World, stop: StopRequest) -> None:
+    precise_timers()
+    # Everything that lives long exists by now; a collection in mid-cycle would only walk it again.
+    gc.collect()
+    gc.freeze()
+    try:
+        print("ready", flush=True)
+        world.run(stop)
     finally:
         world.close()
         stop.close()
-    if statistics:
-        print(*world.statistics(), sep="\n", file=sys.stderr)
 
 
 def _open(path: Path, buses: list[str], simcan: Path | None, lock_step: bool, participants: int,

@@ -25,11 +25,8 @@ class RealTimeBus(Protocol):
     def next_event(self) -> int:
         """When something happens next, ns."""
 
-    def receive(self, readable: set[int]) -> None:
-        """Takes in everything that others have sent."""
-
-    def advance(self, horizon: int) -> None:
-        """Lets happen everything up to this time, ns."""
+    def catch_up(self, readable: set[int], horizon: int) -> None:
+        """Takes in what others have sent, and lets happen everything up to this time, ns."""
 
     def flush(self) -> None:
         """Hands out what has completed."""
@@ -43,8 +40,7 @@ def run_real_time(buses: Sequence[RealTimeBus], stop: StopRequest, candump: Cand
         # What is sent from here on comes with the next look; so everything before this instant is known.
         horizon = time.monotonic_ns()
         for bus in buses:
-            bus.receive(readable)
-            bus.advance(horizon)
+            bus.catch_up(readable, horizon)
             bus.flush()
         if candump is not None and horizon - flushed > 500_000_000:
             candump.flush()

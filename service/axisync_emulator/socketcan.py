@@ -61,7 +61,12 @@ class KernelBus:
         """When a timer fires or a frame is to be sent, ns."""
         return min(self.timers.next, self._outgoing[0][0] if self._outgoing else NEVER)
 
-    def receive(self, readable: set[int]) -> None:
+    def catch_up(self, _readable: set[int], horizon: int) -> None:
+        """Takes in what others have sent, and lets happen everything up to this time, ns."""
+        self.receive()
+        self.advance(horizon)
+
+    def receive(self) -> None:
         """Takes in all frames, with the monotonic time at which the kernel saw them."""
         offset = time.time_ns() - time.monotonic_ns()
         while True:

@@ -4,6 +4,7 @@ Its loop waits for commands and queries (an eventfd), the controller's and the p
 in it blocks, and no step should take more than 1 ms.
 """
 
+import contextlib
 import gc
 import logging
 import os
@@ -39,22 +40,22 @@ from axisync_service.links.log_sink import LogSink
 from axisync_service.links.seqpacket import Link
 from axisync_service.links.timers import Timers
 from axisync_service.links.world_reader import WorldReader
-from axisync_service.process import ProcessContext, start
+from axisync_service.process import EXIT_CONFIGURATION, ProcessContext, start
 
 log = logging.getLogger(__name__)
 
+NICE = -5
 SWITCH_INTERVAL_S = 0.0005
 """How long a thread may keep the interpreter while the stop callback wants it."""
 HOUSEKEEPING_S = 0.02
 HELD_POLL_S = 0.001
-ITEMS_AT_ONCE = 16
+ITEMS_AT_ONCE = 4
+"""Commands taken in one turn of the loop, so that timers and the other sockets get theirs within milliseconds."""
 FRESH_TICKS = 2
 TICKS_AT_ONCE = 100
 """More than this were not published in time; only the newest are."""
 PATIENCE_NS = 5 * 10**9
 """How long a lone SIGTERM waits for the controller to be done."""
-UNUSABLE = 2
-"""Exit code where another start cannot help."""
 
 
 class Front:
@@ -241,7 +242,9 @@ class Front:
         self._context.control[Word.FRONT_NS] = now_ns
         self._controller.on_time(now_ns)
         self._planner.on_time(now_ns)
-        self.actioner.on_time(self._look())
+        world = self._look()
+        self._context.control[Word.FRONT_READY] = int(world.up)
+        self.actioner.on_time(world)
 
     def _publish_setpoints(self) -> None:
         newest = self._context.control[Word.CONTROLLER_TICK]
@@ -305,14 +308,16 @@ def _first_plan_id() -> int:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Serves; 2 where the listen address cannot be served, which another start cannot change."""
+    """Serves; an exit code of its own where the listen address cannot be served, which no new start would change."""
     context = start("front", arguments)
     sys.setswitchinterval(SWITCH_INTERVAL_S)
+    with contextlib.suppress(OSError):  # Where permitted: a stop should not wait for a planner or a recorder.
+        os.setpriority(os.PRIO_PROCESS, 0, NICE)
     try:
         front = Front(context)
     except ListenError as error:
         print(f"axisyncd: {error}", file=sys.stderr)
-        return UNUSABLE
+        return EXIT_CONFIGURATION
     gc.collect()
     gc.freeze()
     result = 1

@@ -29,6 +29,7 @@ STOP_S = 5.0
 READY_S = 15.0
 WATCHDOG_NS = 2_000_000_000
 """The cycle feeds it every tick; a hanging controller is killed, and the drives stop by themselves."""
+_SIGNS_OF_LIFE = {"front": Word.FRONT_READY, "planner": Word.PLANNER_NS, "recorder": Word.RECORDER_STATE}
 _log = logging.getLogger("supervisor")
 
 
@@ -150,15 +151,7 @@ class Supervisor:
 
     def _waiting_for(self) -> list[str]:
         """What is still missing before moves can be accepted."""
-        missing = [
-            name
-            for name, word in (
-                ("front", Word.FRONT_NS),
-                ("planner", Word.PLANNER_NS),
-                ("recorder", Word.RECORDER_STATE),
-            )
-            if not self.control[word]
-        ]
+        missing = [name for name, word in _SIGNS_OF_LIFE.items() if not self.control[word]]
         payload = self._status.read()
         if payload is None:
             return [*missing, "controller"]

@@ -6,6 +6,7 @@ setpoints are read from the log, times by stage from the controller's shared mem
 
 import argparse
 import json
+import signal
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -23,6 +24,7 @@ from bench import BENCHES, Bench
 
 def main(arguments: Sequence[str] | None = None) -> int:
     options = _options(arguments)
+    signal.signal(signal.SIGTERM, lambda number, _frame: sys.exit(128 + number))  # so that the service is ended, too
     report = Report()
     here = machine.describe()
     report.data["machine"] = here.as_json()
@@ -34,6 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (DaemonError, AxisyncError, RuntimeError, LookupError, ValueError) as error:
         print(f"bench: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return 130
     if options.json:
         options.json.write_text(json.dumps(report.data, indent=2) + "\n")
     return 0
@@ -44,7 +48,9 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
         prog="bench", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--seconds", type=_seconds, default=60.0, help="how long the arms swing, by default 60")
-    parser.add_argument("--moves", type=_count, default=50, help="moves started and moves stopped, by default 50 each")
+    parser.add_argument(
+        "--moves", type=_count, default=100, help="moves started and moves stopped, by default 100 each"
+    )
     parser.add_argument("--only", action="append", choices=BENCHES, help="may be given several times")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers there")
     return parser.parse_args(arguments)

@@ -1,6 +1,7 @@
 """One run: the service under a client's moves, a reference loop beside it, and what log and shared memory say of it."""
 
 import os
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -38,6 +39,7 @@ class Findings:
     usages: list[Usage] = field(default_factory=list)
     requests: list[Call] = field(default_factory=list)
     stops: list[Call] = field(default_factory=list)
+    failures: list[str] = field(default_factory=list)
 
 
 class Bench:
@@ -56,7 +58,7 @@ class Bench:
             DaemonError, AxisyncError, RuntimeError, LookupError, ValueError: it cannot, and why.
         """
         with Daemon(directory) as daemon:
-            self._report.say("starting the service; its own program comes first")
+            self._report.say("starting the service")
             daemon.wait_ready()
             found = self._measure(daemon)
             daemon.stop()
@@ -67,6 +69,7 @@ class Bench:
         self._calls(found, log)
         if "processes" in self._wanted:
             self._report.processes("CPU and memory of each process, while both arms move", found.usages)
+        self._failures(found)
 
     def _measure(self, daemon: Daemon) -> Findings:
         controller = find(daemon.pid, "controller").pid
@@ -83,6 +86,7 @@ class Bench:
             if "stops" in self._wanted:
                 self._report.say(f"stopping {self._moves} moves")
                 found.stops = arms.stops(self._moves)
+            found.failures = arms.failures
             lease.disable(GROUP)
         return found
 
@@ -121,6 +125,12 @@ class Bench:
         if "stages" in self._wanted:
             title = f"Time in the cycle by stage, of {found.cell.period * 1e6:,.0f} us"
             self._report.distributions("stages", title, "us", found.stages, (50, 99))
+
+    def _failures(self, found: Findings) -> None:
+        """They belong to the result: a loop in time is worth nothing if drives give up beside it."""
+        self._report.data["failures"] = found.failures
+        for reason, count in Counter(found.failures).items():
+            self._report.say(f"failed {count} times: {reason}")
 
     def _calls(self, found: Findings, log: TickLog) -> None:
         if found.requests:

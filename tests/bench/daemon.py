@@ -1,6 +1,7 @@
 """The real service, started as a user starts it."""
 
 import contextlib
+import ctypes
 import os
 import signal
 import socket
@@ -13,7 +14,8 @@ from types import TracebackType
 from typing import Self
 
 READY = "ready"
-READY_S, PROGRAM_S, EXIT_S = 60.0, 120.0, 20.0
+READY_S, EXIT_S = 60.0, 20.0
+_PR_SET_PDEATHSIG = 1
 
 
 class DaemonError(RuntimeError):
@@ -45,6 +47,7 @@ class Daemon:
             text=True,
             errors="replace",
             start_new_session=True,
+            preexec_fn=_end_with_parent,
         )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -118,6 +121,11 @@ class Daemon:
         if len(files) != 1:
             raise self.error(f"{self.directory} holds {len(files)} logs: {', '.join(f.name for f in files)}")
         return files[0]
+
+
+def _end_with_parent() -> None:
+    """In the child: SIGTERM when the bench ends, even by SIGKILL. Its own children end with it."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
 
 
 def _program() -> list[str]:

@@ -11,7 +11,8 @@ from axisync_client import Client, Lease, Move, Refused, deg
 from axisync_schemas.enumerations import MoveStatus
 from axisync_schemas.errors import ErrorCode
 
-SWING_DEG, SHORT_DEG = 15.0, 0.5
+SWING_DEG, STOPPED_DEG, SHORT_DEG = 15.0, 6.0, 0.5
+FAILURES_MAX = 20
 LEASE_S = 120.0
 """How long the demo's own program may hold the lease."""
 
@@ -42,17 +43,29 @@ def acquire(client: Client, group: str) -> Lease:
 
 
 class Arms:
-    """A compound group that moves to and fro around where it was found."""
+    """A compound group that moves to and fro around where it was found.
+
+    Attributes:
+        failures: why moves failed, drives in fault for example; each time the group was reset and enabled again.
+    """
 
     def __init__(self, client: Client, lease: Lease, group: str) -> None:
         self._client, self._lease, self._group = client, lease, group
         self._axes = len(client.config().axis_indices(group))
         self._sign = 1
+        self.failures: list[str] = []
 
     def start(self, degrees: float) -> Move:
         """A relative move of every axis, each time in the other direction."""
         target = np.full(self._axes, self._sign * deg(degrees)[0])
-        move = self._lease.move_joint(target, group=self._group, relative=True)
+        while True:
+            try:
+                move = self._lease.move_joint(target, group=self._group, relative=True)
+                break
+            except Refused as refusal:
+                if refusal.code not in (ErrorCode.FAULTED, ErrorCode.NOT_ENABLED):
+                    raise
+                self._recover(refusal.message)
         self._sign = -self._sign
         return move
 
@@ -60,31 +73,57 @@ class Arms:
         """Keeps all axes moving for so long; returns begin and end, monotonic ns."""
         begin = time.monotonic_ns()
         while time.monotonic_ns() < begin + seconds * 1e9:
-            self.start(SWING_DEG).result()
+            self._ended(self.start(SWING_DEG), MoveStatus.SUCCEEDED)
             meanwhile()
         return begin, time.monotonic_ns()
 
     def requests(self, count: int) -> list[Call]:
-        """Starts and finishes short moves, one at a time."""
-        calls = []
-        for _ in range(count):
+        """Starts and finishes short moves, one at a time; those that succeed."""
+        calls: list[Call] = []
+        while len(calls) < count:
             called = time.monotonic_ns()
             move = self.start(SHORT_DEG)
-            calls.append(Call(move.id, called, time.monotonic_ns()))
-            move.result()
+            call = Call(move.id, called, time.monotonic_ns())
+            if self._ended(move, MoveStatus.SUCCEEDED):
+                calls.append(call)
         return calls
 
     def stops(self, count: int, seed: int = 1) -> list[Call]:
         """Stops moves in the middle, at instants that are spread over a cycle and over the move."""
         random_share = random.Random(seed)
-        calls = []
-        for _ in range(count):
-            move = self.start(SWING_DEG)
+        calls: list[Call] = []
+        while len(calls) < count:
+            move = self.start(STOPPED_DEG)
             time.sleep(random_share.uniform(0.2, 0.7) * move.reply.duration_s)
             called = time.monotonic_ns()
             self._client.stop(self._group)
-            calls.append(Call(move.id, called, time.monotonic_ns()))
-            report = move.wait()
-            if report.status is not MoveStatus.STOPPED:
-                raise RuntimeError(f"move {move.id} is {report.status} after a stop")
+            call = Call(move.id, called, time.monotonic_ns())
+            if self._ended(move, MoveStatus.STOPPED):
+                calls.append(call)
         return calls
+
+    def _ended(self, move: Move, expected: MoveStatus) -> bool:
+        """Waits; after a failure, has the group ready again.
+
+        Raises:
+            RuntimeError: the move ended in a third way.
+        """
+        report = move.wait()
+        if report.status is MoveStatus.FAILED:
+            self._recover(report.reason or "no reason")
+        elif report.status is not expected:
+            raise RuntimeError(f"move {move.id} is {report.status}, should be {expected}: {report.reason}")
+        return report.status is expected
+
+    def _recover(self, reason: str) -> None:
+        """Notes the failure; resets and enables the group.
+
+        Raises:
+            RuntimeError: failures keep coming.
+            Refused: it cannot be enabled again.
+        """
+        self.failures.append(reason)
+        if len(self.failures) > FAILURES_MAX:
+            raise RuntimeError(f"{len(self.failures)} failures, the last one: {reason}")
+        self._lease.reset(self._group)
+        self._lease.enable(self._group)

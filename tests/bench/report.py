@@ -21,7 +21,7 @@ class Report:
 
     def say(self, sentence: str) -> None:
         """A line of progress or explanation."""
-        self._console.print(sentence, highlight=False, markup=False)
+        self._console.print(sentence, highlight=False, markup=False, soft_wrap=True)
 
     def distributions(
         self,

@@ -1,4 +1,5 @@
-"""The real service for system tests: `axisyncd demo` without its program, in a runtime directory of its own."""
+"""The real service for system tests, in a runtime directory of its own: `axisyncd demo` without its program, or
+`axisyncd run` beside drives that outlive it, as on a real robot."""
 
 import contextlib
 import os
@@ -10,6 +11,9 @@ import time
 from collections.abc import Callable, Iterator
 from importlib import resources
 from pathlib import Path
+
+from axisync_schemas.cell import read_cell
+from axisync_service.demo import Emulators
 
 READY_S = 60.0
 STOP_S = 20.0
@@ -49,7 +53,9 @@ class Daemon:
         output: what it printed (stdout and stderr).
     """
 
-    def __init__(self, directory: Path, cell_text: str | None = None, arguments: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, directory: Path, cell_text: str | None = None, arguments: tuple[str, ...] = (), drives_apart: bool = False
+    ) -> None:
         self.directory = directory
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         self.log_dir, self.frames_dir = directory / "logs", directory / "frames"
@@ -57,6 +63,8 @@ class Daemon:
         self.cell_file = directory / "cell.toml"
         self.cell_file.write_text(cell_text or patient(eod_text()), encoding="utf-8")
         self._arguments = arguments
+        self._simcan = directory / "buses" if drives_apart else None
+        self._emulators = Emulators()
         self._output = directory / "output.txt"
         self.process: subprocess.Popen[bytes] | None = None
 
@@ -75,14 +83,18 @@ class Daemon:
     @property
     def command(self) -> list[str]:
         """How it is started."""
-        return [
-            sys.executable, "-m", "axisync_service.main", "demo", "--no-program", "--no-dashboard",
-            "--cell", str(self.cell_file), "--log-dir", str(self.log_dir), "--listen", self.endpoint,
-            "--candump", str(self.frames_dir), *self._arguments,
-        ]  # fmt: skip
+        common = ["--log-dir", str(self.log_dir), "--listen", self.endpoint, *self._arguments]
+        service = [sys.executable, "-m", "axisync_service.main"]
+        if self._simcan is not None:
+            return [*service, "run", str(self.cell_file), "--simcan", str(self._simcan), *common]
+        demo = ["demo", "--no-program", "--no-dashboard", "--cell", str(self.cell_file)]
+        return [*service, *demo, "--candump", str(self.frames_dir), *common]
 
     def start(self) -> "Daemon":
         """Starts it and waits until moves are accepted."""
+        if self._simcan is not None and not self._emulators.processes:
+            cell, _ = read_cell(self.cell_file)
+            self._emulators.start(self.cell_file, cell, str(self._simcan), self.frames_dir)
         with self._output.open("wb") as output:
             self.process = subprocess.Popen(
                 self.command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, env=self.environment
@@ -105,6 +117,7 @@ class Daemon:
 
     def kill(self) -> None:
         """Ends whatever is left."""
+        self._emulators.stop()
         for pid in self.pids():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
@@ -113,7 +126,7 @@ class Daemon:
             self.process.wait()
 
     def pids(self, name: str | None = None) -> list[int]:
-        """Processes of this run: the named kind, or all. They carry its directory in their arguments."""
+        """Processes of this run, by its directory in their arguments: the named kind, or all of the service."""
         mark = str(self.directory)
         found = []
         for entry in Path("/proc").iterdir():
@@ -121,7 +134,9 @@ class Daemon:
                 continue
             with contextlib.suppress(OSError):
                 arguments = (entry / "cmdline").read_bytes().decode(errors="replace").split("\0")
-                if any(mark in argument for argument in arguments) and (name is None or CHILDREN[name] in arguments):
+                drives = CHILDREN["emulator"] in arguments
+                wanted = CHILDREN[name] in arguments if name else not (drives and self._simcan)
+                if wanted and any(mark in argument for argument in arguments):
                     found.append(int(entry.name))
         return found
 
@@ -141,9 +156,11 @@ def wait_for(condition: Callable[[], bool], what: str, seconds: float) -> None:
 
 
 @contextlib.contextmanager
-def running(directory: Path, cell_text: str | None = None, arguments: tuple[str, ...] = ()) -> Iterator[Daemon]:
+def running(
+    directory: Path, cell_text: str | None = None, arguments: tuple[str, ...] = (), drives_apart: bool = False
+) -> Iterator[Daemon]:
     """A daemon for the length of a block; nothing of it is left afterwards, whatever happened."""
-    daemon = Daemon(directory, cell_text, arguments)
+    daemon = Daemon(directory, cell_text, arguments, drives_apart)
     try:
         yield daemon.start()
     finally:

@@ -17,6 +17,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture
 def daemon(tmp_path: Path) -> Iterator[Daemon]:
-    """A fresh daemon for one test."""
-    with running(tmp_path) as running_daemon:
+    """A fresh daemon for one test, on drives that outlive it."""
+    with running(tmp_path, drives_apart=True) as running_daemon:
         yield running_daemon

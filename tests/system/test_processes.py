@@ -5,7 +5,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 
 import numpy as np
 import pytest
@@ -22,12 +22,17 @@ FAR = deg(40, 0, 0, 0, 0, 0)
 @contextmanager
 def moving(daemon: Daemon, *, loses: bool = False) -> Iterator[tuple[Client, Lease, Move]]:
     """KingKong in mid-move, under a lease, which the block `loses` where the test takes the service away from it."""
-    with pytest.raises(AxisyncError) if loses else nullcontext():
-        with Client(daemon.endpoint) as client, client.lease("kingkong") as arm:
-            arm.enable()
-            move = arm.move_joint(FAR, relative=True)
-            wait_for(lambda: client.state().groups["kingkong"].velocity[0] > 0.2, "the arm moves", 10)
-            yield client, arm, move
+    stack = ExitStack()
+    try:
+        client = stack.enter_context(Client(daemon.endpoint))
+        arm = stack.enter_context(client.lease("kingkong"))
+        arm.enable()
+        move = arm.move_joint(FAR, relative=True)
+        wait_for(lambda: client.state().groups["kingkong"].velocity[0] > 0.2, "the arm moves", 10)
+        yield client, arm, move
+    finally:
+        with suppress(AxisyncError) if loses else nullcontext():
+            stack.close()
 
 
 def state_of(client: Client, group: str = "kingkong") -> str | None:

@@ -16,6 +16,8 @@ from axisync_emulator.simcan.medium import Medium
 from axisync_emulator.simcan.protocol import FRAME, PACKET_MAX, Hello, ProtocolError, unpack_frames, widen
 from axisync_emulator.timers import NEVER, Timers
 
+TRANSMIT_QUEUE = 256
+"""Frames of one client that may wait for the bus; the others wait in its socket, until that is full for the client."""
 _PEER_CREDENTIALS = struct.Struct("iII")
 
 
@@ -100,37 +102,52 @@ class Hub:
         """Readable when someone connects or sends."""
         return [self.listener.fileno(), *(client.sock.fileno() for client in self.clients)]
 
-    def receive(self, readable: set[int]) -> None:
-        """Takes whoever has connected, and everything that has been sent."""
+    def catch_up(self, readable: set[int], horizon: int) -> None:
+        """Takes in what has been sent and lets happen everything up to `horizon` ns, however long ago that began."""
         if self.listener.fileno() in readable:
             self.accept()
-        self.drain()
+        reading = tuple(self.clients)
+        while reading:
+            newest = {client: self.read(client) for client in reading}
+            # Past the newest frame of a client that has more to say, it is not yet known what happens.
+            self.advance(min(horizon, *(horizon if at is None else at for at in newest.values())))
+            reading = tuple(
+                client for client, at in newest.items()
+                if at is not None and self.medium.pending(client.source) < TRANSMIT_QUEUE
+            )  # fmt: skip
+        self.advance(horizon)
 
     def drain(self) -> None:
-        """Queues everything that clients have sent."""
+        """Queues what clients have sent."""
         for client in tuple(self.clients):
             self.read(client)
 
-    def read(self, client: Client) -> None:
-        """Queues everything that one client has sent; drops it where it has closed."""
-        queue, source = self.medium.queue, client.source
+    def read(self, client: Client) -> int | None:
+        """Queues what one client has sent, as far as its transmit queue goes; drops it where it has closed.
+
+        Returns the time ns of the newest frame where the queue is full: there may be more.
+        """
+        medium, source = self.medium, client.source
         recv = client.sock.recv
-        while True:
+        at = medium.now
+        while medium.pending(source) < TRANSMIT_QUEUE:
             try:
                 packet = recv(PACKET_MAX)
             except BlockingIOError:
-                return
+                return None
             except OSError:
                 packet = b""
             if not packet:
                 self._drop(client)
-                return
+                return None
             now = self._clock()
             try:
                 for at, can_id, data in unpack_frames(packet):
-                    queue(source, can_id, data, min(at or now, now))
+                    at = min(at or now, now)
+                    medium.queue(source, can_id, data, at)
             except ProtocolError:
                 client.malformed += 1
+        return at
 
     def _drop(self, client: Client) -> None:
         # What it has sent is on its way, as from a node that is unplugged after its last frame.
@@ -153,31 +170,33 @@ class Hub:
     def advance(self, horizon: int) -> None:
         """Lets happen everything up to `horizon` ns: frames complete and timers fire up to and including it, frames
         start before it. At one instant frames complete first, so that a frame in time beats its time-out."""
-        medium, timers = self.medium, self.timers
+        medium, heap = self.medium, self.timers.heap
         while True:
+            timer = heap[0][0] if heap else NEVER
             completion = medium.completion
             if completion < NEVER:
-                if timers.next < completion:
-                    if timers.next > horizon:
+                if timer < completion:
+                    if timer > horizon:
                         return
-                    self._fire()
+                    self._fire(timer)
                 elif completion <= horizon:
                     self._complete()
                 else:
                     return
                 continue
             start = medium.next_start
-            if timers.next <= start:
-                if timers.next > horizon:
+            if timer <= start:
+                if timer > horizon:
                     return
-                self._fire()
+                self._fire(timer)
             elif start < horizon:
-                medium.start()
+                medium.start(start)
             else:
                 return
 
-    def _fire(self) -> None:
-        self.medium.now = max(self.medium.now, self.timers.next)
+    def _fire(self, now: int) -> None:
+        if now > self.medium.now:
+            self.medium.now = now
         self.timers.fire()
 
     def _complete(self) -> None:

@@ -22,9 +22,12 @@ def listen_at(path: Path) -> socket.socket:
         sock.bind(str(path))
         sock.listen(16)
         sock.setblocking(False)
-    except OSError:
+    except BusySocket:
         sock.close()
         raise
+    except OSError as error:
+        sock.close()
+        raise OSError(f"{path}: {error.strerror or error}") from None
     return sock
 
 

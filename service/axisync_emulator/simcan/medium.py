@@ -8,10 +8,14 @@ from axisync_emulator.timers import NEVER
 
 Pending = tuple[int, int, bytes]
 """When it was handed over ns, can_id, data."""
+_BITS_MAX = 200
+"""More than the longest frame has: 160 with an extended identifier."""
 
 
 def arbitration_key(can_id: int) -> int:
     """Lower wins: the bits of the arbitration field in the order in which they are sent (ISO 11898-1, 10.4.2)."""
+    if can_id <= STANDARD_MASK:
+        return can_id << 21
     remote = 1 if can_id & REMOTE else 0
     if not can_id & EXTENDED:
         return (can_id & STANDARD_MASK) << 21 | remote << 20
@@ -28,6 +32,7 @@ class Medium:
 
     def __init__(self, bitrate: float) -> None:
         self._bit_ns = 1e9 / bitrate
+        self._durations = [round(bits * self._bit_ns) for bits in range(_BITS_MAX)]
         self._queues: list[deque[Pending]] = []
         self._waiting: list[tuple[int, int, int]] = []  # heads not yet handed over at `now`: time, source, key
         self._contending: list[tuple[int, int]] = []  # heads that want the bus: key, source
@@ -48,11 +53,16 @@ class Medium:
 
     def queue(self, source: int, can_id: int, data: bytes, at: int) -> None:
         """Hands a frame over at time `at`; in the past means as soon as what has happened allows."""
-        at = max(at, self.now)
+        if at < self.now:
+            at = self.now
         queue = self._queues[source]
         queue.append((at, can_id, data))
         if len(queue) == 1:
             heappush(self._waiting, (at, source, arbitration_key(can_id)))
+
+    def pending(self, source: int) -> int:
+        """How many frames of a source wait."""
+        return len(self._queues[source])
 
     def flush(self, source: int) -> None:
         """Forgets what a source still wanted to send: it has left the bus."""
@@ -69,9 +79,9 @@ class Medium:
             return max(self._free_at, self._waiting[0][0])
         return NEVER
 
-    def start(self) -> None:
-        """Puts the winner of the arbitration at `next_start` on the wire."""
-        now = self.now = self.next_start
+    def start(self, now: int) -> None:
+        """Puts the winner of the arbitration at `now`, which is `next_start`, on the wire."""
+        self.now = now
         if not self.frames:
             self._began = now
         waiting, contending = self._waiting, self._contending
@@ -85,8 +95,8 @@ class Medium:
             following = queue[0]
             heappush(waiting, (following[0], self.source, arbitration_key(following[1])))
         bits = frame_bits(self.frame[1], self.frame[2])
-        self.completion = now + round(bits * self._bit_ns)
-        self._free_at = now + round((bits + INTERFRAME_BITS) * self._bit_ns)
+        self.completion = now + self._durations[bits]
+        self._free_at = now + self._durations[bits + INTERFRAME_BITS]
         self.bits += bits + INTERFRAME_BITS
         self.frames += 1
 

@@ -2,6 +2,7 @@
 
 from collections import OrderedDict
 from dataclasses import dataclass, field
+from itertools import islice
 from uuid import UUID
 
 from axisync_schemas.errors import ErrorCode, Refusal
@@ -9,6 +10,8 @@ from axisync_service.actioner.ports import Answer, Respond
 
 KEEP_NS = 600 * 10**9
 KEEP_AT_MOST = 10_000
+LOOKED_AT = 4
+"""Oldest entries looked at in each turn: more than one, so that one in progress does not keep the others."""
 
 Key = tuple[str, UUID]
 
@@ -66,17 +69,9 @@ class Idempotency:
     def _forget(self, now_ns: int) -> None:
         """Drops what is too old or too much; a request in progress stays, however old."""
         excess = len(self._entries) - KEEP_AT_MOST + 1
-        for key, entry in list(self._oldest()):
+        for key, entry in list(islice(self._entries.items(), LOOKED_AT)):
             if entry.since_ns > now_ns - KEEP_NS and excess <= 0:
                 return
             if entry.answer is not None:
                 del self._entries[key]
                 excess -= 1
-
-    def _oldest(self) -> list[tuple[Key, Entry]]:
-        head = []
-        for item in self._entries.items():
-            head.append(item)
-            if len(head) == 16:
-                break
-        return head

@@ -181,12 +181,14 @@ class Server:
 
         def handler(query: zenoh.Query) -> None:
             found = [(key, body) for key, body in table.items() if query.key_expr.intersects(key)]
-            if found:
-                self._outbox.reply(lambda: _send_all(query, found))
+            try:
+                self._door.check_rate(ASKERS, time.monotonic_ns())
+                if not found:
+                    raise Refusal(ErrorCode.NOT_FOUND, f"no such {name}", names=sorted(self._static[name]))
+            except Refusal as refusal:
+                self._respond(query, "")(_refused(refusal.body()))
                 return
-            names = sorted(self._static[name])
-            refusal = Refusal(ErrorCode.NOT_FOUND, f"no such {name}", names=names)
-            self._respond(query, "")(_refused(refusal.body()))
+            self._outbox.reply(lambda: _send_all(query, found))
 
         return handler
 

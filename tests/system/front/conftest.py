@@ -353,12 +353,12 @@ class Service:
             other.listen()
             yield other.getsockname()[1]
 
-    def client(self) -> Client:
-        """A connected client of the running front."""
+    def client(self, port: int | None = None) -> Client:
+        """A connected client of the running front, through `port` where given."""
         config = zenoh.Config()
         for key, value in {
             "mode": "client",
-            "connect/endpoints": [f"tcp/127.0.0.1:{self.port}"],
+            "connect/endpoints": [f"tcp/127.0.0.1:{port or self.port}"],
             "scouting/multicast/enabled": False,
             "transport/shared_memory/enabled": False,
         }.items():

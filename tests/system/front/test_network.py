@@ -7,6 +7,7 @@ from typing import Any
 from uuid import uuid4
 
 import pytest
+import zenoh
 
 from axisync_schemas.enumerations import Phase
 from axisync_schemas.errors import ErrorBody, ErrorCode
@@ -231,17 +232,21 @@ def test_nobody_else_can_serve_or_publish(service: Service, client: Client) -> N
     try:
         heard: list[bytes] = []
         client.session.declare_subscriber("axisync/eod/state", lambda sample: heard.append(sample.payload.to_bytes()))
+        client.session.declare_subscriber("axisync/eod/rumours", lambda sample: heard.append(sample.payload.to_bytes()))
 
         def fake(query: Any) -> None:
             with query:
-                query.reply("axisync/eod/info", b'"fake"')
+                query.reply(str(query.key_expr), b'"fake"')
 
         kept = [other.session.declare_queryable(key, fake) for key in ("**", "axisync/eod/info", "axisync/eod/cmd/**")]
         time.sleep(0.2)
-        assert client.ask("info")["name"] == "eod"
-        for _ in range(20):
-            other.session.put("axisync/eod/state", b"fake")
-        wait(lambda: len(heard) > 3)
+        for key in ("info", "cmd/anonymous/fly", "rumours"):
+            replies = list(client.session.get(f"axisync/eod/{key}", target=zenoh.QueryTarget.ALL, timeout=2.0))
+            assert len(replies) == (1 if key == "info" else 0)
+        for key in ("state", "rumours"):
+            other.session.put(f"axisync/eod/{key}", b"fake")
+        time.sleep(0.3)
+        wait(lambda: len(heard) > 10)
         assert b"fake" not in heard
         assert len(kept) == 3
     finally:

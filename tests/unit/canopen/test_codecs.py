@@ -17,9 +17,17 @@ def test_nmt() -> None:
 
 @pytest.mark.parametrize(
     ("data", "state"),
-    [("00", NmtState.BOOT_UP), ("05", NmtState.OPERATIONAL), ("7f", NmtState.PRE_OPERATIONAL),
-     ("85", NmtState.OPERATIONAL), ("04", NmtState.STOPPED), ("33", NmtState.UNKNOWN), ("", NmtState.UNKNOWN), ("0505", NmtState.UNKNOWN)],
-)  # fmt: skip
+    [
+        ("00", NmtState.BOOT_UP),
+        ("05", NmtState.OPERATIONAL),
+        ("7f", NmtState.PRE_OPERATIONAL),
+        ("85", NmtState.OPERATIONAL),
+        ("04", NmtState.STOPPED),
+        ("33", NmtState.UNKNOWN),
+        ("", NmtState.UNKNOWN),
+        ("0505", NmtState.UNKNOWN),
+    ],
+)
 def test_heartbeat(data: str, state: NmtState) -> None:
     assert parse_heartbeat(bytes.fromhex(data)) is state
 

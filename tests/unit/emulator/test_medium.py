@@ -13,7 +13,7 @@ def play(medium: Medium) -> list[tuple[int, int, int]]:
     """(start, completion, can_id) of everything queued."""
     out = []
     while (start := medium.next_start) < NEVER:
-        medium.start()
+        medium.start(start)
         completion = medium.completion
         medium.finish()
         out.append((start, completion, medium.frame[1]))
@@ -69,7 +69,7 @@ def test_a_frame_of_the_past_begins_when_it_can():
     medium = Medium(MEGABIT)
     a, b = sources(medium, 2)
     medium.queue(a, 0x100, b"", 1_000_000)
-    medium.start()
+    medium.start(medium.next_start)
     medium.finish()
     medium.queue(b, 0x200, b"", 17)
     assert medium.next_start == medium.now + 3000
@@ -80,7 +80,7 @@ def test_equal_identifiers_in_the_order_of_the_nodes():
     a, b = sources(medium, 2)
     medium.queue(b, 0x100, b"b", 0)
     medium.queue(a, 0x100, b"a", 0)
-    medium.start()
+    medium.start(medium.next_start)
     assert medium.frame[2] == b"a"
 
 

@@ -6,7 +6,7 @@ from axisync_emulator.simcan.protocol import FRAME, Hello, ProtocolError, unpack
 
 
 def test_layout():
-    assert FRAME.pack(5, 0x181, 2, b"\x01\x02").hex() == "0500000000000000" "81010000" "02000000" "0102000000000000"
+    assert FRAME.pack(5, 0x181, 2, b"\x01\x02").hex() == "050000000000000081010000020000000102000000000000"
 
 
 def test_several_frames_in_a_packet():

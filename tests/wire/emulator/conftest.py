@@ -141,9 +141,7 @@ class Bench:
 
     def emergencies(self, frames: list[tuple[int, int, bytes]], node: int = 1) -> list[tuple[int, int, int]]:
         """(time, code, register) of each EMCY."""
-        return [
-            (at, *struct.unpack("<HB", data[:3])) for at, can_id, data in frames if can_id == 0x080 + node and data
-        ]
+        return [(at, *struct.unpack("<HB", data[:3])) for at, can_id, data in frames if can_id == 0x080 + node and data]
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ import itertools
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -35,9 +36,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
     processes: list[subprocess.Popen[str]] = []
 
     def start(*arguments: object, cell: Path = CELL_FILE) -> subprocess.Popen[str]:
-        process = subprocess.Popen(
-            command(cell, *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
+        process = subprocess.Popen(command(cell, *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         processes.append(process)
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
@@ -271,4 +270,39 @@ def test_the_end_of_the_hub_ends_the_wait(start: Start, tmp_path: Path):
         source.wait_until_ns(source.now_ns() + 1)
     with pytest.raises(can.CanOperationError):
         bus.drain()
+    bus.shutdown()
+
+
+def cycles(bus: SimCanBus, first: int, count: int, word: int) -> list[tuple[int, bytes, int]]:
+    """SYNC and target 0 every 20 ms."""
+    heard = []
+    for k in range(first, first + count):
+        bus.send_frame(0x080, bytes([k % 240 + 1]))
+        bus.send_frame(0x201, struct.pack("<Hi", word, 0))
+        time.sleep(0.02)
+        heard += bus.drain()
+    return heard
+
+
+def test_a_pause_of_the_emulator_is_no_fault_of_the_bus(start: Start, tmp_path: Path):
+    process = start("--simcan", tmp_path, "--bus", "kingkong")
+    bus = SimCanBus(str(tmp_path / "kingkong.sock"))
+    for command_byte, index, sub, value in (
+        (0x2F, 0x1019, 0, 240), (0x23, 0x1006, 0, 20_000), (0x2F, 0x60C2, 1, 20), (0x2F, 0x6060, 0, 8),
+    ):  # fmt: skip
+        bus.send_frame(0x601, struct.pack("<BHBI", command_byte, index, sub, value))
+    bus.send_frame(0x000, b"\x01\x01")
+    cycles(bus, 0, 4, 0x06)
+    cycles(bus, 4, 4, 0x07)
+    enabled = cycles(bus, 8, 6, 0x0F)
+    assert any(can_id == 0x181 and data[0] & 0x6F == 0x27 for can_id, data, _ in enabled)
+    # Away for 400 ms, three times as long as the drive tolerates no SYNC (6.5 periods of 20 ms).
+    process.send_signal(signal.SIGSTOP)
+    assert cycles(bus, 14, 20, 0x0F) == []
+    process.send_signal(signal.SIGCONT)
+    heard = cycles(bus, 34, 3, 0x0F)
+    positions = [(data, at) for can_id, data, at in heard if can_id == 0x181]
+    assert len(positions) >= 20
+    assert all(data[0] & 0x6F == 0x27 for data, _ in positions)
+    assert [data for can_id, data, _ in heard if can_id == 0x081] == []
     bus.shutdown()

@@ -43,8 +43,7 @@ def received(bus: can.BusABC) -> list[tuple[int, bytes]]:
 
 
 def serve(kernel: KernelBus, horizon: int | None = None) -> None:
-    kernel.receive(set())
-    kernel.advance(time.monotonic_ns() if horizon is None else horizon)
+    kernel.catch_up(set(), time.monotonic_ns() if horizon is None else horizon)
 
 
 def test_a_drive_boots_answers_and_beats(kernel: KernelBus, master: can.BusABC):
