@@ -16,6 +16,15 @@ def precise_timers() -> None:
     _libc.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
 
+def real_time_priority(priority: int) -> bool:
+    """SCHED_FIFO at this priority for this process; False where that is not permitted."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    except OSError:
+        return False
+    return True
+
+
 def die_with_parent() -> bool:
     """SIGTERM when the parent's thread that started this process ends; False where it has ended already."""
     parent = os.getppid()

@@ -7,7 +7,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from axisync_emulator.linux import StopRequest, die_with_parent, precise_timers
+from axisync_emulator.linux import StopRequest, die_with_parent, precise_timers, real_time_priority
 from axisync_emulator.world import World, WorldError, build
 from axisync_schemas.cell import CellError, read_cell
 
@@ -25,6 +25,9 @@ def emulate(
     participants: Annotated[int, typer.Option(min=1, help="Lock-step starts when so many take part.")] = 1,
     candump: Annotated[Path | None, typer.Option(help="Log every frame to this file, as candump -L does.")] = None,
     statistics: Annotated[bool, typer.Option("--statistics", help="Print frames and bits of each bus at end.")] = False,
+    priority: Annotated[
+        int, typer.Option(min=0, max=99, help="Run under SCHED_FIFO at this priority, where permitted; 0: do not.")
+    ] = 0,
     with_parent: Annotated[bool, typer.Option("--die-with-parent", help="End when the parent process ends.")] = False,
 ) -> None:
     """Emulates the drives of a cell. Prints `ready` once they are on the bus; ends on SIGTERM and SIGINT."""
@@ -33,6 +36,9 @@ def emulate(
     if with_parent and not die_with_parent():
         raise typer.Exit(FAILURE)
     world = _open(cell, bus or [], simcan, lock_step, participants, candump)
+    if priority and not real_time_priority(priority):
+        print(f"axisync-emulator: no permission for SCHED_FIFO priority {priority}: answers may come late",
+              file=sys.stderr)  # fmt: skip
     try:
         _run(world, stop)
     except OSError as error:

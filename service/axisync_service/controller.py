@@ -36,7 +36,7 @@ class Memory:
 
 def build(
     cell: Cell, memory: Memory, ports: list[BusPort], commander: Commander, log: socket.socket | None
-) -> tuple[Cycle, Core]:
+) -> Cycle:
     """Constructs the loop from its parts."""
     core = Core(cell, lambda slot, plan_id: PlanReader(memory.plans, slot, plan_id))
     source: TimeSource = next((port.time_source for port in ports if port.time_source), None) or MonotonicTime()
@@ -44,8 +44,7 @@ def build(
     clock = GridClock(source, cell.period_ns, round(worst * 1e9))
     reporter = Reporter(commander, log, memory.status)
     writer = TickWriter(memory.ticks)
-    cycle = Cycle(cell, core, ports, clock, memory.control, commander, reporter, writer, memory.timings)
-    return cycle, core
+    return Cycle(cell, core, ports, clock, memory.control, commander, reporter, writer, memory.timings)
 
 
 def open_ports(cell: Cell) -> list[BusPort]:
@@ -75,9 +74,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return process.EXIT_CONFIGURATION
     commander = FrontLink(socket.socket(fileno=context.sockets["controller_listen"]))
     log = socket.socket(fileno=context.sockets["log"])
-    cycle, core = build(cell, memory, ports, commander, log)
+    cycle = build(cell, memory, ports, commander, log)
     continue_grid(cycle, memory.control)
-    enter_realtime(core, memory.control)
+    enter_realtime(cycle.core, memory.control)
     try:
         cycle.run(context.phase)
     finally:

@@ -74,7 +74,7 @@ def play(cell: Cell, plans: list[PlanLog], each_tick: Callable[[Cycle, int], Non
     store(plans, memory.plans)
     ports = open_ports(cell)
     commander = PlanFile(plans)
-    cycle, core = build(cell, memory, ports, commander, None)
+    cycle = build(cell, memory, ports, commander, None)
     happenings: list[Happening] = []
     said = cycle._reporter.events
     cycle._reporter.events = lambda list_, *rest: (happenings.extend(list_), said(list_, *rest))[1]  # type: ignore[method-assign]

@@ -110,6 +110,30 @@ def test_controller_killed_the_drives_stop_by_themselves(daemon: Daemon) -> None
     assert any("0x8700" in str(event.data["details"]) for event in log.events), "the drives' error history is logged"
 
 
+def test_frozen_front_cannot_keep_a_lease_alive(daemon: Daemon) -> None:
+    with moving(daemon, loses=True):
+        front = daemon.pid("front")
+        os.kill(front, signal.SIGSTOP)
+        time.sleep(3.5)  # the lease lapses after 2 s; the cycle compares it every tick
+        os.kill(front, signal.SIGCONT)
+    with Client(daemon.endpoint) as client:
+        assert client.state().groups["kingkong"].state == "held"
+    assert daemon.stop() == 0
+    log = read_log(*sorted(daemon.log_dir.glob("*.mcap")))
+    assert logcheck.problems(log) == []
+    slowing = [event.data for event in log.events if event.data["kind"] == "move_stopping"]
+    assert [event["details"]["reason"] for event in slowing] == ["lease lapsed"]
+
+
+def test_frozen_controller_is_restarted_disabled(daemon: Daemon) -> None:
+    with moving(daemon, loses=True) as (client, _, _):
+        before = daemon.pid("controller")
+        os.kill(before, signal.SIGSTOP)
+        wait_for(lambda: daemon.pids("controller") not in ([], [before]), "the watchdog replaces it", 10)
+        wait_for(lambda: state_of(client) == "disabled" and client.state().controller == "up", "it is back", 20)
+    enable_and_move(daemon)
+
+
 def test_supervisor_killed_everything_stops_and_ends(daemon: Daemon) -> None:
     assert daemon.process is not None
     with moving(daemon, loses=True) as (client, _, _):

@@ -18,6 +18,8 @@ from axisync_emulator.timers import NEVER, Timers
 
 TRANSMIT_QUEUE = 256
 """Frames of one client that may wait for the bus; the others wait in its socket, until that is full for the client."""
+_STEP_NS = 5_000_000
+"""Less than a full transmit queue takes to be sent."""
 _PEER_CREDENTIALS = struct.Struct("iII")
 
 
@@ -106,16 +108,20 @@ class Hub:
         """Takes in what has been sent and lets happen everything up to `horizon` ns, however long ago that began."""
         if self.listener.fileno() in readable:
             self.accept()
-        reading = tuple(self.clients)
+        reading = self.clients
         while reading:
-            newest = {client: self.read(client) for client in reading}
-            # Past the newest frame of a client that has more to say, it is not yet known what happens.
-            self.advance(min(horizon, *(horizon if at is None else at for at in newest.values())))
-            reading = tuple(
-                client for client, at in newest.items()
-                if at is not None and self.medium.pending(client.source) < TRANSMIT_QUEUE
-            )  # fmt: skip
+            newest = {client: at for client in tuple(reading) if (at := self.read(client)) is not None}
+            # Past the newest frame of a client that may have more to say, it is not yet known what happens.
+            known = min((horizon, *newest.values()))
+            self.advance(known)
+            while known < horizon and any(self._full(client) for client in newest):
+                known = min(horizon, known + _STEP_NS)
+                self.advance(known)
+            reading = [client for client in newest if not self._full(client)]
         self.advance(horizon)
+
+    def _full(self, client: Client) -> bool:
+        return self.medium.pending(client.source) >= TRANSMIT_QUEUE
 
     def drain(self) -> None:
         """Queues what clients have sent."""
@@ -129,7 +135,6 @@ class Hub:
         """
         medium, source = self.medium, client.source
         recv = client.sock.recv
-        at = medium.now
         while medium.pending(source) < TRANSMIT_QUEUE:
             try:
                 packet = recv(PACKET_MAX)
@@ -143,11 +148,10 @@ class Hub:
             now = self._clock()
             try:
                 for at, can_id, data in unpack_frames(packet):
-                    at = min(at or now, now)
-                    medium.queue(source, can_id, data, at)
+                    medium.queue(source, can_id, data, min(at or now, now))
             except ProtocolError:
                 client.malformed += 1
-        return at
+        return medium.newest(source)
 
     def _drop(self, client: Client) -> None:
         # What it has sent is on its way, as from a node that is unplugged after its last frame.

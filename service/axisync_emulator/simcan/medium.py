@@ -64,6 +64,10 @@ class Medium:
         """How many frames of a source wait."""
         return len(self._queues[source])
 
+    def newest(self, source: int) -> int:
+        """When the last of the frames that wait was handed over."""
+        return self._queues[source][-1][0]
+
     def flush(self, source: int) -> None:
         """Forgets what a source still wanted to send: it has left the bus."""
         self._queues[source].clear()

@@ -138,7 +138,10 @@ class Mover:
     def observe(self, world: World) -> None:
         """The newest snapshot, which whatever follows is decided on."""
         self._world = world
-        self.moves.observe(world)
+        for move in self.moves.observe(world):
+            details = {"plan_id": move.plan_id, "progress": move.progress, "group_name": move.group}
+            what = f"move {move.plan_id} of {move.group} is held at {move.progress:.1%} of its path"
+            self._ports.notice(Notice(EventKind.MOVE_HELD, what, severity="warning", tick=world.tick, details=details))
 
     def _planned(self, admitted: Admitted, plan: MoveReply) -> None:
         world = self._current()

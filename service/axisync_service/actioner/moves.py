@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from axisync_schemas.enumerations import GroupState, MoveStatus
 from axisync_schemas.replies import MoveReport
-from axisync_service.actioner.world import World
+from axisync_service.actioner.world import GroupView, World
 
 KEEP_AT_MOST = 1000
 UNSEEN_NS = 1_000_000_000
@@ -87,18 +87,27 @@ class Moves:
             self._ended.popitem(last=False)
         return move
 
-    def observe(self, world: World) -> None:
-        """Follows progress, held and moving, as the tick records show them."""
+    def observe(self, world: World) -> list[Move]:
+        """Follows progress, held and moving, as the tick records show them; returns the moves that are held since."""
+        newly_held = []
         for move in self.active():
             views = [world.groups[m] for m in move.members if world.groups[m].plan_id == move.plan_id]
             if views:
-                held = any(view.state is GroupState.HELD for view in views)
-                move.status = MoveStatus.HELD if held else MoveStatus.EXECUTING
-                move.reason = next((view.reason for view in views if view.reason), None) if held else None
-                move.progress = min(1.0, views[0].path_s / move.duration_s)
-                move.seen_ns = world.now_ns
+                before = move.status
+                _follow(move, views, world.now_ns)
+                if move.status is MoveStatus.HELD and before is not MoveStatus.HELD:
+                    newly_held.append(move)
             elif world.up and world.now_ns - move.seen_ns > UNSEEN_NS:
                 self.end(move.plan_id, MoveStatus.FAILED, "its end was not seen")
+        return newly_held
+
+
+def _follow(move: Move, views: list[GroupView], now_ns: int) -> None:
+    held = any(view.state is GroupState.HELD for view in views)
+    move.status = MoveStatus.HELD if held else MoveStatus.EXECUTING
+    move.reason = next((view.reason for view in views if view.reason), None) if held else None
+    move.progress = min(1.0, views[0].path_s / move.duration_s)
+    move.seen_ns = now_ns
 
 
 def report(move: Move, now_ns: int) -> MoveReport:

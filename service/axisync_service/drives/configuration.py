@@ -52,7 +52,9 @@ def _communication(cell: Cell) -> tuple[Row, ...]:
 
 
 def _pdos(cell: Cell, node: int) -> tuple[Row, ...]:
-    timeout_ms = max(1, math.ceil((cell.missed_ticks_max + 1) * cell.period * 1e3))
+    # A second line of defence: drives count missing SYNCs and RPDOs to N exactly. N skipped ticks, the wait of an RPDO
+    # behind TPDOs and its jitter must not trip it.
+    timeout_ms = max(1, math.ceil((cell.missed_ticks_max + 4) * cell.period * 1e3))
     return (
         *_pdo(0x1400, 0x1600, pdo.RPDO1_BASE + node, pdo.RPDO1_MAPPING),
         Row(0x1400, 5, timeout_ms, optional=True),

@@ -50,6 +50,7 @@ def settings(listen: str) -> dict[str, Any]:
         "listen/endpoints": [listen],
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
+        "scouting/delay": 0,  # there is nobody to wait for: half a second less until the first query is served
         "timestamping/enabled": False,
         "transport/shared_memory/enabled": False,
         "transport/unicast/max_sessions": MAX_SESSIONS,

@@ -82,6 +82,8 @@ def test_held_and_then_stopped(rig: Any) -> None:
     rig.show(0, state=GroupState.HELD, reason="lease lapsed")
     report = rig.actioner.find_move(move_id, rig.world.now_ns)
     assert (report.status, report.reason) == (MoveStatus.HELD, "lease lapsed")
+    rig.observe()
+    assert rig.ports.kinds().count("move_held") == 1
     rig.actioner.on_controller(ended(command.plan_id, "stopped", "stop"), rig.observe())
     report = rig.actioner.find_move(move_id, rig.world.now_ns)
     assert (report.status, report.reason, report.progress) == (MoveStatus.STOPPED, "stop", 0.25)

@@ -111,6 +111,13 @@ def test_a_fault_of_ours_is_an_answer(cell: Cell, plans: Region, monkeypatch: py
     assert error.message == "planning failed: ZeroDivisionError"
 
 
+def test_warming_up_plans_every_group(cell: Cell, monkeypatch: pytest.MonkeyPatch) -> None:
+    planned: list[str] = []
+    monkeypatch.setattr(planner_worker, "plan_joint_move", lambda _, job: planned.append(job.group))
+    planner_worker.warm_up(cell)
+    assert planned == ["kingkong", "wukong", "both"]
+
+
 @pytest.mark.parametrize("slot", [-1, PLAN_SLOTS])
 def test_a_slot_that_is_none(cell: Cell, plans: Region, slot: int) -> None:
     error = solve(cell, plans.map(), job(1, slot)).error

@@ -150,6 +150,24 @@ def test_slow_reader_loses_frames_and_stops_nobody(served: Served):
     assert [can_id for can_id, *_ in slow.drain()] == [0x080]
 
 
+def test_an_overloaded_bus_is_no_silence(served: Served):
+    """A client that sends more than the bus can take: nothing of it is passed over, and no time-out fires."""
+    a, b = served.connect(), served.connect()
+    begin, fired = served.now, []
+    count = 4 * TRANSMIT_QUEUE
+    for k in range(count):
+        a._sock.send(FRAME.pack(begin + k * 50 * US, 0x123, 8, bytes(8)))
+    served.now += 500 * MS
+    port = served.hub.attach()
+    watchdog = port.timer(fired.append)
+    port.listen(0x123, lambda _data, now: watchdog.set(now + 1 * MS))
+    served.hub.catch_up(set(), served.now)
+    served.hub.flush()
+    ends = [at for _, _, at in b.drain()]
+    assert len(ends) == count
+    assert fired == [ends[-1] + 1 * MS]
+
+
 def test_malformed_packets_are_dropped(served: Served):
     a, b = served.connect(), served.connect()
     a._sock.send(b"nonsense")
@@ -168,7 +186,8 @@ def test_stamps_of_the_future_count_as_now(served: Served):
 
 
 @pytest.mark.parametrize("count", [5, TRANSMIT_QUEUE + 10])
-def test_a_pause_of_the_hub_changes_nothing_on_the_bus(served: Served, count: int):
+@pytest.mark.parametrize("before_reading", [False, True])
+def test_a_pause_of_the_hub_changes_nothing_on_the_bus(served: Served, count: int, before_reading: bool):
     """Frames that were sent at their times, but seen only much later, complete at their own times."""
     a, b = served.connect(), served.connect()
     begin, fired = served.now, []
@@ -178,6 +197,8 @@ def test_a_pause_of_the_hub_changes_nothing_on_the_bus(served: Served, count: in
     port = served.hub.attach()
     watchdog = port.timer(fired.append)
     port.listen(0x080, lambda _data, now: watchdog.set(now + 3 * MS))
+    if before_reading:  # it had looked at the clock when the pause came
+        served.hub.catch_up(set(), begin + MS)
     served.hub.catch_up(set(), served.now)
     served.hub.flush()
     ends = [at - begin - 2 * k * MS for k, (_, _, at) in enumerate(b.drain())]

@@ -80,8 +80,13 @@ def test_serves_both_buses_and_reports_them(start: Start, tmp_path: Path):
     assert re.search(r"bus=kingkong frames=\d\d+ bits=\d+ load=0\.\d+ lost=0\n", errors)
 
 
-def test_one_bus_of_the_cell(start: Start, tmp_path: Path):
-    start("--simcan", tmp_path, "--bus", "wukong")
+def test_one_bus_of_the_cell_at_a_priority(start: Start, tmp_path: Path):
+    process = start("--simcan", tmp_path, "--bus", "wukong", "--priority", 7, "--statistics")
+    if os.sched_getscheduler(process.pid) == os.SCHED_FIFO:
+        assert os.sched_getparam(process.pid).sched_priority == 7
+    else:
+        assert "no permission for SCHED_FIFO priority 7" in end(process)[1]
+        return
     assert [path.name for path in tmp_path.glob("*.sock")] == ["wukong.sock"]
 
 
