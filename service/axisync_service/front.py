@@ -89,9 +89,10 @@ class Front:
         self._effects = effects
         stop_reader, _ = self._make_reader()
         stop = StopHandler(cell, control, lambda: stop_reader.read(time.monotonic_ns(), Phase.RUNNING, 0))
-        self.server = Server(cell, context.listen, stop)
         epochs = tuple(control.group(i, GroupWord.LEASE_EPOCH) for i in range(len(cell.groups)))
         self.actioner = Actioner(cell, effects, epochs, _first_plan_id())
+        # Last: from here on it must be closed, or the process would not end.
+        self.server = Server(cell, context.listen, stop)
         self._selector.register(self.server.inbox, selectors.EVENT_READ, self._on_inbox)
         self._timers = self._make_timers()
 

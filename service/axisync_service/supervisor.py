@@ -156,9 +156,10 @@ class Supervisor:
         if payload is None:
             return [*missing, "controller"]
         status = ControllerStatus.model_validate_json(payload)
-        for axis, drive in zip(self.cell.axes, status.drives, strict=True):
-            if drive.state == 0:
-                missing.append(drive.error or f"drive of {axis.name}")
+        for name, group in zip(self.cell.group_names, status.groups, strict=True):
+            if not group.ready:
+                errors = [status.drives[axis].error for axis in self.cell.axis_indices(name)]
+                missing.append("; ".join(error for error in errors if error) or f"the drives of {name}")
         return missing
 
     # --- stopping -----------------------------------------------------------------------------------------------

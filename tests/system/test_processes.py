@@ -16,7 +16,7 @@ from support import logcheck
 from support.daemon import Daemon, wait_for
 from support.logread import read_log
 
-FAR = deg(40, 0, 0, 0, 0, 0)
+FAR = deg(120, 0, 0, 0, 0, 0)
 
 
 @contextmanager
@@ -46,7 +46,7 @@ def state_of(client: Client, group: str = "kingkong") -> str | None:
 def enable_and_move(daemon: Daemon) -> None:
     """The service is whole again."""
     with Client(daemon.endpoint) as client, client.lease("kingkong") as arm:
-        arm.enable()
+        _patiently(arm.enable)  # its drives may still be on their way up
         report = arm.move_joint(deg(-5, 0, 0, 0, 0, 0), relative=True).result(20)
         assert report.status is MoveStatus.SUCCEEDED
 
@@ -72,7 +72,7 @@ def test_front_killed_the_move_is_held_and_adopted(daemon: Daemon) -> None:
 def test_planner_killed_nothing_moves_differently(daemon: Daemon) -> None:
     with moving(daemon) as (_, arm, move):
         os.kill(daemon.pid("planner"), signal.SIGKILL)
-        assert move.result(20).status is MoveStatus.SUCCEEDED
+        assert move.result(30).status is MoveStatus.SUCCEEDED
         wait_for(lambda: len(daemon.pids("planner")) == 1, "the planner is back", 10)
         assert _patiently(lambda: arm.move_joint(deg(-5, 0, 0, 0, 0, 0), relative=True)).result(20)
     assert daemon.stop() == 0
@@ -82,7 +82,7 @@ def test_planner_killed_nothing_moves_differently(daemon: Daemon) -> None:
 def test_recorder_killed_nothing_is_lost(daemon: Daemon) -> None:
     with moving(daemon) as (_, _, move):
         os.kill(daemon.pid("recorder"), signal.SIGKILL)
-        assert move.result(20).status is MoveStatus.SUCCEEDED
+        assert move.result(30).status is MoveStatus.SUCCEEDED
     assert daemon.stop() == 0
     files = sorted(daemon.log_dir.glob("*.mcap"))
     assert len(files) == 2

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from support import framecheck, logcheck
-from support.daemon import Daemon, patient, running
+from support.daemon import Daemon, eod_text, patient, running
 from support.logread import Log, read_log
-from vcan.slower_cell import cell_text
+from vcan.slower_cell import slower
 
 pytestmark = [pytest.mark.vcan, pytest.mark.timeout(240)]
 
@@ -71,7 +71,7 @@ def recorded(directory: Path) -> Iterator[list[Path]]:
 def played(tmp_path_factory: pytest.TempPathFactory) -> Played:
     """KingKong from P1 to P2."""
     directory = tmp_path_factory.mktemp("vcan")
-    with recorded(directory) as seen, running(directory, patient(cell_text(PERIOD_MS))) as daemon:
+    with recorded(directory) as seen, running(directory, slower(patient(eod_text()), PERIOD_MS)) as daemon:
         axisync(daemon, "enable", "all")
         axisync(daemon, "move", "kingkong", "--joint", ",".join(map(str, P2)) + "deg")
         code = daemon.stop()

@@ -98,11 +98,7 @@ class Actioner:
 
     def on_time(self, world: World) -> None:
         """Leases that lapse, and what took too long. To be called every few milliseconds."""
-        for lease in self.leases.lapse(world.now_ns):
-            for group in lease.groups:
-                self._ports.set_lease(group, lease.epoch, 0)
-            names = self._names(lease.groups)
-            self._tell_lease(EventKind.LEASE_LAPSED, lease, lease.groups, f"{names}: lease of {lease.user} lapsed")
+        self._lapse(world.now_ns)
         self._calls.on_time(world)
         self._mover.planner.on_time(world.now_ns)
 
@@ -150,6 +146,7 @@ class Actioner:
 
     def _lease(self, call: Call, world: World) -> None:
         request, now_ns = _as(LeaseRequest, call.request), world.now_ns
+        self._lapse(now_ns)
         groups = self._lease_groups(request)
         ttl_ns = round(request.ttl_s * 1e9)
         match request.action:
@@ -174,6 +171,13 @@ class Actioner:
             expires_in_s=expires_in_s,
         )
         self._desk.reply(call, reply, now_ns)
+
+    def _lapse(self, now_ns: int) -> None:
+        for lease in self.leases.lapse(now_ns):
+            for group in lease.groups:
+                self._ports.set_lease(group, lease.epoch, 0)
+            what = f"{self._names(lease.groups)}: lease of {lease.user} lapsed"
+            self._tell_lease(EventKind.LEASE_LAPSED, lease, lease.groups, what)
 
     def _lease_groups(self, request: LeaseRequest) -> tuple[int, ...]:
         named = [members_of(self._cell, name, f"groups[{i}]") for i, name in enumerate(request.groups)]

@@ -53,7 +53,11 @@ class Server:
         self._static = {"config": {"": cell.model_dump_json(by_alias=True).encode()}, "schema": _schemas()}
         self._session = open_session(listen)
         self._outbox = Outbox()
-        self._declare()
+        try:
+            self._declare()
+        except BaseException:
+            self._close_session()  # Left open it would keep the process from ending.
+            raise
 
     def _declare(self) -> None:
         name, declare = self._cell.name, self._session.declare_queryable

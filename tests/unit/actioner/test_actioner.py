@@ -43,6 +43,14 @@ def test_a_lease_lapses(rig: Any) -> None:
     assert {until for _, until in rig.ports.leases.values()} == {0}
 
 
+def test_a_lapse_is_told_even_if_the_next_holder_is_quicker(rig: Any) -> None:
+    rig.lease("both", ttl_s=2.0)
+    rig.world = replace(rig.world, now_ns=rig.world.now_ns + 2 * 10**9)
+    rig.send("lease", action="take", groups=["both"])
+    assert rig.ports.kinds() == ["lease_acquired", "lease_lapsed", "lease_taken"]
+    assert [epoch for epoch, until in rig.ports.leases.values() if until] == [9, 9]
+
+
 def test_two_clients_race_for_one_lease(rig: Any, no: Read) -> None:
     rig.lease("both")
     found = no(rig.send("lease", action="acquire", groups=["kingkong"]))
