@@ -34,9 +34,7 @@ class Memory:
     plans: mmap.mmap
 
 
-def build(
-    cell: Cell, memory: Memory, ports: list[BusPort], commander: Commander, log: socket.socket | None
-) -> Cycle:
+def build(cell: Cell, memory: Memory, ports: list[BusPort], commander: Commander, log: socket.socket | None) -> Cycle:
     """Constructs the loop from its parts."""
     core = Core(cell, lambda slot, plan_id: PlanReader(memory.plans, slot, plan_id))
     source: TimeSource = next((port.time_source for port in ports if port.time_source), None) or MonotonicTime()

@@ -48,8 +48,7 @@ def demo(
     listen: Listen = DEFAULT_LISTEN,
     dashboard: Annotated[bool, typer.Option(help="Also serve the web page, where it is installed.")] = True,
     program: Annotated[bool, typer.Option(help="Play the program.")] = True,
-    cell_file: Annotated[Path, typer.Option("--cell", help="Another cell file.")] = CELLS
-    / "eod.toml",
+    cell_file: Annotated[Path, typer.Option("--cell", help="Another cell file.")] = CELLS / "eod.toml",
     candump: Annotated[Path | None, typer.Option(help="Write each bus's frames to BUS.log in this directory.")] = None,
     verbose: Verbose = False,
 ) -> None:

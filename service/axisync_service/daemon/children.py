@@ -1,5 +1,6 @@
 """The four processes: started by exec from the main thread, watched, restarted within bounds."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -7,6 +8,8 @@ import time
 from collections import deque
 from dataclasses import dataclass, field
 
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""numpy starts no threads of its own: none may run beside the cycle."""
 RESTARTS_MAX = 5
 RESTARTS_WINDOW_S = 60.0
 
@@ -33,7 +36,10 @@ class Child:
         fds = ",".join(f"{name}:{fd}" for name, fd in self.descriptors.items())
         command = [sys.executable, "-m", MODULES[self.name], *self.arguments, "--fds", fds]
         self.process = subprocess.Popen(
-            command, pass_fds=tuple(self.descriptors.values()), stdin=subprocess.DEVNULL, close_fds=True
+            command,
+            pass_fds=tuple(self.descriptors.values()),
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, **ONE_THREAD},
         )
 
     @property
