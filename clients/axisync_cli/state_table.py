@@ -83,8 +83,8 @@ def _service_lines(state: State) -> list[Text]:
 
 
 def _line(text: str, style: str = "") -> Text:
-    """A sentence that is never wrapped, so that it can be searched."""
-    return Text(text, style=style, no_wrap=True, overflow="ignore")
+    """A sentence; on a narrow terminal it goes on in the next line."""
+    return Text(text, style=style)
 
 
 def _cycle(cycle: CycleReport | None) -> str:
@@ -93,8 +93,8 @@ def _cycle(cycle: CycleReport | None) -> str:
     late = cycle.lateness_us
     scheduling = "real time" if cycle.realtime else "no real-time scheduling"
     return (
-        f"cycle: {cycle.period_s * 1e3:g} ms, late by {late.p50:.0f} us (p50), {late.p99:.0f} us (p99), "
-        f"{late.max:.0f} us (max), {cycle.skipped_ticks} ticks skipped, {scheduling}"
+        f"cycle: {cycle.period_s * 1e3:g} ms, {scheduling}, {cycle.skipped_ticks} ticks skipped; "
+        f"late by us: {late.p50:.0f} (p50), {late.p99:.0f} (p99), {late.max:.0f} (max)"
     )
 
 
