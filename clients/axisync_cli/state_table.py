@@ -93,8 +93,8 @@ def _cycle(cycle: CycleReport | None) -> str:
     late = cycle.lateness_us
     scheduling = "real time" if cycle.realtime else "no real-time scheduling"
     return (
-        f"cycle: {cycle.period_s * 1e3:g} ms, {scheduling}, {cycle.skipped_ticks} ticks skipped; "
-        f"late by us: {late.p50:.0f} (p50), {late.p99:.0f} (p99), {late.max:.0f} (max)"
+        f"cycle: {cycle.period_s * 1e3:g} ms, {scheduling}, {cycle.skipped_ticks} ticks skipped, "
+        f"late by {late.p50:.0f} us (p50), {late.p99:.0f} us (p99), {late.max:.0f} us (max)"
     )
 
 
