@@ -3,7 +3,7 @@
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from axisync_cli import interrupts, sentences
+from axisync_cli import interrupts, plan_plot, sentences
 from axisync_cli.options import (
     EPILOG,
     Duration,
@@ -11,11 +11,13 @@ from axisync_cli.options import (
     Joint,
     Json,
     Minimise,
+    Plot,
     PulseShape,
     Relative,
     Speed,
     terminal_of,
 )
+from axisync_cli.plan_curves import curves
 from axisync_cli.plan_table import plan_table, setpoints
 from axisync_cli.quantities import Minimise as MinimiseChoice
 from axisync_cli.quantities import Pulse
@@ -69,10 +71,13 @@ def plan(
     duration: Duration = None,
     pulse: PulseShape = Pulse.CONSTANT,
     speed: Speed = 1.0,
+    plot: Plot = None,
     as_json: Json = False,
 ) -> None:
     """Show what a move would be, without moving."""
     terminal = terminal_of(context, as_json, group)
+    if plot is not None:
+        plan_plot.require()
     with terminal.connect() as client:
         reply = client.plan_joint(
             group,
@@ -83,10 +88,13 @@ def plan(
             pulse=pulse.value,
             speed_scale=speed,
         )
-        terminal.reply(reply)
-        if not as_json:
-            start = setpoints(client.state(), client.config(), group)
-            terminal.show(plan_table(reply, start, joint.values, relative, pulse.value))
+        start = setpoints(client.state(), client.config(), group) if plot is not None or not as_json else ()
+    terminal.reply(reply)
+    if not as_json:
+        terminal.show(plan_table(reply, start, joint.values, relative, pulse.value))
+    if plot is not None:
+        plan_plot.save(curves(reply, start, pulse.value), plot)
+        terminal.show(f"drawn in {plot}")
 
 
 def _follow(terminal: Terminal, move: Move) -> MoveReport:

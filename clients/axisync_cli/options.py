@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, TypeVar
 
 import typer
@@ -65,6 +66,15 @@ Duration = Annotated[
 ]
 PulseShape = Annotated[
     quantities.Pulse, typer.Option("--pulse", help="Shape of the jerk; with parabolic the jerk is continuous.")
+]
+Plot = Annotated[
+    Path | None,
+    typer.Option(
+        "--plot",
+        metavar="FILE",
+        parser=_in_words(quantities.picture),
+        help="Draw position, velocity, acceleration and jerk: FILE.svg or FILE.png.",
+    ),
 ]
 Speed = Annotated[
     float,

@@ -13,6 +13,11 @@ from axisync_schemas.replies import MoveReply, State
 MEAN_OF_PEAK = {"constant": 1.0, "parabolic": 2.0 / 3.0}
 """Mean of a jerk pulse over its peak."""
 
+_COLUMNS = (
+    ("from", "deg"), ("to", "deg"), ("alone", "s"), ("velocity", "deg/s"), ("accel.", "deg/s²"), ("jerk", "deg/s³"),
+)  # fmt: skip
+_CAPTION = "alone: the shortest time of this axis by itself; * sets the time of all"
+
 
 class Peaks(NamedTuple):
     """Largest magnitudes: rad/s, rad/s^2, rad/s^3."""
@@ -48,7 +53,7 @@ def plan_table(
     relative: bool,
     pulse: Literal["constant", "parabolic"],
 ) -> Group:
-    """Two tables and a sentence; degrees and seconds."""
+    """Two tables, the largest values and the segments of each axis, and a sentence; degrees and seconds."""
     ends = tuple(a + b for a, b in zip(start, target, strict=True)) if relative else target
     return Group(_axes(reply, start, ends, pulse), _segments(reply), _summary(reply))
 
@@ -56,26 +61,45 @@ def plan_table(
 def _axes(
     reply: MoveReply, start: tuple[float, ...], ends: tuple[float, ...], pulse: Literal["constant", "parabolic"]
 ) -> Table:
-    table = Table(caption="degrees and seconds; v, a, j: the largest on the way", caption_justify="left")
-    table.add_column("axis")
-    for name in ("from", "to", "alone", "v", "a", "j"):
-        table.add_column(name, justify="right")
-    for row, name in enumerate(reply.scalars):
+    table = Table(caption=_CAPTION if reply.limiting else None, caption_justify="left")
+    table.add_column("axis\n")
+    for name, unit in _COLUMNS:
+        table.add_column(f"{name}\n{unit}", justify="right")
+    for row in range(len(reply.scalars)):
         peak = peaks(reply.T[row], reply.U[row], pulse)
-        values = [f"{math.degrees(value):.2f}" for value in (start[row], ends[row])]
-        values += [f"{reply.minimum_s[row]:.3f}", *(f"{math.degrees(value):.2f}" for value in peak)]
-        table.add_row(name, *values, style="bold" if name == reply.limiting else None)
+        angles = [number(math.degrees(value)) for value in (start[row], ends[row], *peak)]
+        angles.insert(2, f"{reply.minimum_s[row]:.3f}")
+        table.add_row(_label(reply, row), *angles, style=_style(reply, row))
     return table
 
 
 def _segments(reply: MoveReply) -> Table:
-    table = Table(caption="segment times, seconds", caption_justify="left")
+    table = Table()
     table.add_column("axis")
-    for number in range(1, 8):
-        table.add_column(f"T{number}", justify="right")
-    for name, times in zip(reply.scalars, reply.T, strict=True):
-        table.add_row(name, *(f"{time:.3f}" for time in times), style="bold" if name == reply.limiting else None)
+    table.add_column("")
+    for segment in range(1, 8):
+        table.add_column(str(segment), justify="right")
+    for row in range(len(reply.scalars)):
+        times = ["0" if time == 0.0 else f"{time:.3f}" for time in reply.T[row]]
+        table.add_row(_label(reply, row), "T s", *times, style=_style(reply, row))
+        jerks = [number(math.degrees(jerk)) if jerk else "0" for jerk in reply.U[row]]
+        table.add_row("", "U deg/s³", *jerks, style=_style(reply, row))
     return table
+
+
+def number(value: float) -> str:
+    """Two decimals, or two digits where these would hide a slow motion; what rounding leaves is 0.00, never -0.00."""
+    if 1e-4 <= abs(value) < 0.095:
+        return f"{value:.2g}"
+    return f"{value:.2f}".replace("-0.00", "0.00")
+
+
+def _label(reply: MoveReply, row: int) -> str:
+    return f"{reply.scalars[row]}{' *' if reply.scalars[row] == reply.limiting else ''}"
+
+
+def _style(reply: MoveReply, row: int) -> str | None:
+    return "bold" if reply.scalars[row] == reply.limiting else None
 
 
 def _summary(reply: MoveReply) -> Text:

@@ -1,11 +1,13 @@
-"""Numbers with units as people type them: `-90,60,-45,0,0,0deg`, `50%`, `8s`. Pure; errors are ValueErrors in words."""
+"""Values as people type them: `-90,60,-45,0,0,0deg`, `50%`, `8s`, `move.svg`. Pure; errors are ValueErrors in words."""
 
 import math
 import re
 from enum import StrEnum
+from pathlib import Path
 
 ANGLES = {"deg": math.pi / 180.0, "rad": 1.0}
 DURATIONS = {"s": 1.0, "ms": 1e-3}
+PICTURES = (".svg", ".png")
 
 
 class Minimise(StrEnum):
@@ -63,6 +65,14 @@ def duration_s(text: str) -> float:
     if not 0.0 < value <= 86400.0:
         raise ValueError(f"{text!r}: must be above 0 s and at most a day")
     return value
+
+
+def picture(text: str) -> Path:
+    """`move.svg` or `move.png`: a file to draw into."""
+    path = Path(text)
+    if path.suffix not in PICTURES:
+        raise ValueError(f"{text!r}: must end in {' or '.join(PICTURES)}")
+    return path
 
 
 def _split(text: str, units: dict[str, float]) -> tuple[float, str | None]:

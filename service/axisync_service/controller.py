@@ -20,7 +20,8 @@ from axisync_service.motion_controller.clock import GridClock, MonotonicTime, Ti
 from axisync_service.motion_controller.cycle import Cycle
 from axisync_service.motion_controller.front_link import FrontLink
 from axisync_service.motion_controller.reporter import Commander, Reporter, TickWriter
-from axisync_service.motion_controller.step import Core, Happening
+from axisync_service.motion_controller.step import Core
+from axisync_service.motion_controller.voice import Happening
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +97,7 @@ def enter_realtime(core: Core, control: Control) -> None:
     control[Word.REALTIME] = int(missing is None)
     if missing is not None:
         text = f"the cycle runs without real-time priority, ticks may be late: {missing} is not permitted"
-        core.happenings.append(Happening(EventKind.REALTIME, text, None, "warning"))
+        core.voice.happenings.append(Happening(EventKind.REALTIME, text, None, "warning"))
         print(f"axisyncd: {text}", file=sys.stderr)
 
 

@@ -6,7 +6,8 @@ from axisync_service.canopen.pdo import make_rpdo1
 from axisync_service.drives.bring_up import Phase
 from axisync_service.drives.cia402 import Controlword
 from axisync_service.drives.link import DriveLink
-from axisync_service.motion_controller.step import Core, Inputs
+from axisync_service.motion_controller.demand import Inputs
+from axisync_service.motion_controller.step import Core
 
 _STATUSWORD = {
     DriveState.SWITCH_ON_DISABLED: 0x0250,
@@ -114,10 +115,10 @@ class Bench:
         commands, self.commands = self.commands, []
         core.step(inputs, commands)
         self._record()
-        self.events += core.happenings
-        core.happenings.clear()
-        self.replies |= dict(core.replies)
-        core.replies.clear()
+        self.events += core.voice.happenings
+        core.voice.happenings.clear()
+        self.replies |= dict(core.voice.replies)
+        core.voice.replies.clear()
 
     def _record(self) -> None:
         now = self.core.current

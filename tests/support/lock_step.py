@@ -17,7 +17,7 @@ from axisync_schemas.ticks import Records, TickLayout
 from axisync_service.controller import Memory, build, open_ports
 from axisync_service.motion_controller.cycle import Cycle
 from axisync_service.motion_controller.plan_file import PlanFile, store
-from axisync_service.motion_controller.step import Happening
+from axisync_service.motion_controller.voice import Happening
 
 
 @contextlib.contextmanager

@@ -17,10 +17,12 @@ from axisync_service.canopen.sdo import REQUEST_BASE
 from axisync_service.drives.cia402 import Controlword
 from axisync_service.drives.link import DriveLink
 from axisync_service.motion_controller.clock import GridClock, Tick
+from axisync_service.motion_controller.demand import Inputs
 from axisync_service.motion_controller.dispatch import dispatch_tables
 from axisync_service.motion_controller.groups import GroupMachine
 from axisync_service.motion_controller.reporter import Commander, Reporter, TickWriter
-from axisync_service.motion_controller.step import Core, Happening, Inputs
+from axisync_service.motion_controller.step import Core
+from axisync_service.motion_controller.voice import Happening
 
 STATUS_PERIOD_S = 0.05
 SDO_FRAMES_IDLE = 4
@@ -134,7 +136,7 @@ class Cycle:
         if connected != self._front:
             self._front = connected
             kind = EventKind.FRONT_CONNECTED if connected else EventKind.FRONT_LOST
-            self.core.happenings.append(Happening(kind, kind.value.replace("_", " ")))
+            self.core.voice.say(kind, kind.value.replace("_", " "), None)
         return Inputs(
             tick=tick.index,
             now_ns=tick.start_ns,
@@ -189,14 +191,14 @@ class Cycle:
         core = self.core
         if tick.skipped:
             text = f"{tick.skipped} ticks skipped before tick {tick.index}, woke {tick.lateness_ns / 1e6:.3f} ms late"
-            core.happenings.append(Happening(EventKind.TICKS_SKIPPED, text, None, "warning", {"skipped": tick.skipped}))
-        if core.replies:
-            for ref, error in core.replies:
+            core.voice.say(EventKind.TICKS_SKIPPED, text, None, "warning", skipped=tick.skipped)
+        if core.voice.replies:
+            for ref, error in core.voice.replies:
                 self._reporter.reply(ref, tick.index, error)
-            core.replies.clear()
-        if core.happenings:
-            self._reporter.events(core.happenings, tick.index, tick.start_ns)
-        if core.changed or tick.index % self._status_ticks == 0:
+            core.voice.replies.clear()
+        if core.voice.happenings:
+            self._reporter.events(core.voice.happenings, tick.index, tick.start_ns)
+        if core.voice.changed or tick.index % self._status_ticks == 0:
             self._reporter.status(core, self.ports, self._loads, tick.index, tick.start_ns, self._skipped_ticks)
         if tick.index % self._garbage_ticks == 0:
             self._measure_loads()

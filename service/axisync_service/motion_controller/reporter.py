@@ -22,7 +22,9 @@ from axisync_schemas.tick_ring import TickRing
 from axisync_schemas.topics import LOG_EVENTS
 from axisync_service.bus.port import BusPort
 from axisync_service.canopen.emcy import describe
-from axisync_service.motion_controller.step import Core, Happening, Setpoints
+from axisync_service.motion_controller.demand import Setpoints
+from axisync_service.motion_controller.step import Core
+from axisync_service.motion_controller.voice import Happening
 
 EVENTS_PER_TICK = 24
 """More than this in one tick are counted, not sent."""
@@ -149,8 +151,8 @@ class TickWriter:
         field["acceleration"][:] = setpoints.acceleration
         field["jerk"][:] = setpoints.jerk
         field["target_counts"][:] = setpoints.counts
-        field["position_actual"][:] = core.actual_position
-        field["statusword"][:] = core.statuswords
+        field["position_actual"][:] = core.watch.actual_position
+        field["statusword"][:] = core.watch.statuswords
         field["plan_id"][:] = setpoints.plan_id
         field["path_s"][:] = setpoints.path_s
         field["path_rate"][:] = setpoints.path_rate

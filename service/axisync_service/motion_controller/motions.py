@@ -1,0 +1,111 @@
+"""How motions slow, rest and end, and what a fault does to them."""
+
+from typing import Any
+
+from axisync_schemas.enumerations import GroupState, MoveStatus
+from axisync_schemas.errors import ErrorCode
+from axisync_schemas.events import EventKind
+from axisync_service.motion_controller.groups import Goal, GroupMachine
+from axisync_service.motion_controller.player import Ending, Motion
+from axisync_service.motion_controller.voice import Severity, Voice
+
+_STATUS = {Ending.SUCCEEDED: MoveStatus.SUCCEEDED, Ending.STOPPED: MoveStatus.STOPPED, Ending.FAILED: MoveStatus.FAILED}
+
+
+class Motions:
+    """The motions of all groups; a compound's groups share one."""
+
+    def __init__(self, groups: list[GroupMachine], voice: Voice) -> None:
+        self._groups, self._voice = groups, voice
+
+    def all(self) -> list[Motion]:
+        """Motions under way or held, each once."""
+        return list({id(group.motion): group.motion for group in self._groups if group.motion is not None}.values())
+
+    def start(self, motion: Motion, duration_s: float) -> None:
+        """The members begin to move."""
+        for member in motion.members:
+            group = self._groups[member]
+            group.motion, group.reason = motion, None
+            self._voice.enter(group, GroupState.MOVING)
+        text = f"move {motion.plan_id} of {motion.group} starts"
+        self._voice.say(EventKind.MOVE_STARTED, text, motion.group, plan_id=motion.plan_id, duration_s=duration_s)
+
+    def stop(self, motion: Motion, reason: str) -> None:
+        """Ends the move: on the path while it moves, at once where it is held."""
+        if self._groups[motion.members[0]].state is GroupState.HELD:
+            self.end(motion, Ending.STOPPED, reason)
+        else:
+            self.slow(motion, Ending.STOPPED, reason)
+
+    def slow(self, motion: Motion, ending: Ending, reason: str) -> None:
+        """Brings the motion to rest on its path (GSTOP); what becomes of it then is `ending`."""
+        if not motion.slow(ending, reason):
+            return
+        for member in motion.members:
+            self._voice.enter(self._groups[member], GroupState.STOPPING)
+        text = f"move {motion.plan_id} slows: {reason}"
+        details: dict[str, Any] = {"plan_id": motion.plan_id, "reason": reason, "path_s": motion.path_s}
+        self._voice.say(EventKind.MOVE_STOPPING, text, motion.group, **details)
+
+    def end(self, motion: Motion, ending: Ending, reason: str | None) -> None:
+        """The move is over; a member with a fault of its own is latched, the others stand."""
+        status = _STATUS[ending]
+        for member in motion.members:
+            group = self._groups[member]
+            group.motion = None
+            if group.fault:
+                self.latch(group)
+            else:
+                group.reason = reason
+                self._voice.enter(group, GroupState.STANDSTILL)
+        severity: Severity = "error" if ending is Ending.FAILED else "info"
+        text = f"move {motion.plan_id} of {motion.group} {status.value}" + (f": {reason}" if reason else "")
+        details: dict[str, Any] = {"plan_id": motion.plan_id, "status": status.value, "reason": reason}
+        self._voice.say(EventKind.MOVE_ENDED, text, motion.group, severity, **details)
+
+    def settle(self, motion: Motion) -> None:
+        """A motion has come to rest: at its target, held, or ended early."""
+        if motion.ending is Ending.HELD and not motion.arrived:
+            for member in motion.members:
+                group = self._groups[member]
+                group.reason = motion.reason
+                self._voice.enter(group, GroupState.HELD)
+            return
+        succeeded = motion.ending in (Ending.SUCCEEDED, Ending.HELD)
+        self.end(motion, Ending.SUCCEEDED if succeeded else motion.ending, None if succeeded else motion.reason)
+
+    # --- faults -------------------------------------------------------------------------------------------------
+
+    def fail_axis(self, group: GroupMachine, axis: int, why: str) -> None:
+        """FSTOP: the axis ramps down in its drive, the rest of the coordinated motion stops on its path."""
+        drive = group.drives[axis]
+        drive.rebooted = False
+        group.quick_stop.add(axis)
+        reason = f"{drive.axis.name}: {why}"
+        details: dict[str, Any] = {"axis": drive.axis.name, "statusword": drive.statusword}
+        if drive.emergency:
+            details["error_code"] = drive.emergency.code
+        self._voice.say(EventKind.DRIVE_FAULT, reason, group.name, "error", **details)
+        group.fault = group.fault or reason
+        motion = group.motion
+        if motion is not None and group.state in (GroupState.MOVING, GroupState.STOPPING):
+            self.slow(motion, Ending.FAILED, reason)
+        elif motion is not None:
+            self.end(motion, Ending.FAILED, reason)
+        else:
+            self.latch(group)
+
+    def abort(self, group: GroupMachine, reason: str) -> None:
+        """All drives of the group ramp down by themselves, now: its path can no longer be kept."""
+        group.fault = group.fault or reason
+        group.quick_stop.update(range(len(group.drives)))
+        if group.motion is not None:
+            self.end(group.motion, Ending.FAILED, reason)
+        self.latch(group)
+
+    def latch(self, group: GroupMachine) -> None:
+        """At rest with a fault: the drives are switched off, and only reset leads on."""
+        group.goal, group.disable_at_rest, group.reason = Goal.DISABLED, False, group.fault
+        self._voice.enter(group, GroupState.FAULT)
+        self._voice.answer(group, ErrorCode.FAULTED, group.fault or "fault")
