@@ -33,11 +33,12 @@ INSIDE = 1e-12
 
 
 def between_knots(series: tuple[float, ...]) -> NDArray[np.float64]:
-    """Times [k] in all segments of T that are not empty."""
+    """Times [k] in all segments of T that are not empty, and just outside of them, at rest."""
     ends = np.cumsum(series)
     inside = INSIDE * ends[-1]
     spans = [(end - h, end) for end, h in zip(ends, series, strict=True) if h > 2.0 * inside]
-    return np.concatenate([np.linspace(begin + inside, end - inside, POINTS) for begin, end in spans])
+    moving = [np.linspace(begin + inside, end - inside, POINTS) for begin, end in spans]
+    return np.concatenate([[-inside], *moving, [ends[-1]]])
 
 
 def of_profiles(profiles: dict[str, Profile], unit: str, start: tuple[float, ...] | None = None) -> Curves:

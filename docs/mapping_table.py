@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import ruckig
+import ruckig  # type: ignore[import-not-found, unused-ignore]  # compiled, without type information
 from numpy.typing import NDArray
 
 from axisync_motion import Minimise, Pulse, synchronise_batch
@@ -12,7 +12,7 @@ from axisync_motion import Minimise, Pulse, synchronise_batch
 Array = NDArray[np.float64]
 
 MOVES, AXES, SEED = 1000, 6, 20
-LIMITS = tuple(np.full(AXES, limit) for limit in (30.0, 40.0, 80.0))
+V, A, J = (np.full(AXES, limit) for limit in (30.0, 40.0, 80.0))
 """Of every axis: deg/s, deg/s^2, deg/s^3."""
 SOFT_LIMIT_DEG = 170.0
 MEAN = {"constant": 1.0, "parabolic": 2.0 / 3.0}
@@ -21,11 +21,11 @@ MEAN_SQUARE = {"constant": 1.0, "parabolic": 8.0 / 15.0}
 CRITICAL = 1.0 - 1e-9
 """An axis whose own time is this share of the move's has nothing to spare, whatever the map."""
 MAPPINGS: tuple[tuple[str, Minimise, Pulse], ...] = (
-    ("f_V", "velocity", "constant"),
-    ("f_A", "acceleration", "constant"),
-    ("f_J", "jerk", "constant"),
-    ("f_A, parabolic", "acceleration", "parabolic"),
-    ("f_J, parabolic", "jerk", "parabolic"),
+    ("f_V^-1", "velocity", "constant"),
+    ("f_A^-1", "acceleration", "constant"),
+    ("f_J^-1", "jerk", "constant"),
+    ("f_A^-1, parabolic", "acceleration", "parabolic"),
+    ("f_J^-1, parabolic", "jerk", "parabolic"),
 )
 
 
@@ -53,12 +53,16 @@ class Ratios(NamedTuple):
 def anywhere(rng: np.random.Generator) -> Array:
     """Distances between two positions drawn evenly from within the soft limits, deg."""
     begin, end = rng.uniform(-SOFT_LIMIT_DEG, SOFT_LIMIT_DEG, (2, MOVES, AXES))
-    return end - begin
+    return np.asarray(end - begin)
 
 
 def up_to(largest: float) -> Callable[[np.random.Generator], Array]:
     """Distances of every axis drawn evenly from +- `largest` deg."""
-    return lambda rng: rng.uniform(-largest, largest, (MOVES, AXES))
+
+    def draw(rng: np.random.Generator) -> Array:
+        return np.asarray(rng.uniform(-largest, largest, (MOVES, AXES)))
+
+    return draw
 
 
 def effort(times: Array, jerks: Array, duration: Array, pulse: Pulse) -> Effort:
@@ -66,14 +70,14 @@ def effort(times: Array, jerks: Array, duration: Array, pulse: Pulse) -> Effort:
     change = jerks * MEAN[pulse] * times
     after = np.cumsum(change, axis=2)
     velocity = np.cumsum((after - 0.5 * change) * times, axis=2)
-    peaks = (np.abs(values).max(axis=2) for values in (velocity, after, jerks))
-    return Effort(duration, *peaks, MEAN_SQUARE[pulse] * (jerks**2 * times).sum(axis=2))
+    v, a, j = (np.abs(values).max(axis=2) for values in (velocity, after, jerks))
+    return Effort(duration, v, a, j, MEAN_SQUARE[pulse] * (jerks**2 * times).sum(axis=2))
 
 
 def of_ruckig(distances: Array) -> tuple[Effort, NDArray[np.bool_]]:
     """Ruckig's time synchronisation of moves [m, n], and which axes had time to spare."""
     planner, trajectory, query = ruckig.Ruckig(AXES), ruckig.Trajectory(AXES), ruckig.InputParameter(AXES)
-    query.max_velocity, query.max_acceleration, query.max_jerk = (limit.tolist() for limit in LIMITS)
+    query.max_velocity, query.max_acceleration, query.max_jerk = (x.tolist() for x in (V, A, J))
     times, jerks = np.empty((2, *distances.shape, 7))
     durations, own = np.empty(len(distances)), np.empty(distances.shape)
     for k, target in enumerate(distances.tolist()):
@@ -89,25 +93,23 @@ def of_ruckig(distances: Array) -> tuple[Effort, NDArray[np.bool_]]:
 
 def of_masa(distances: Array, minimise: Minimise, pulse: Pulse) -> Effort:
     """The same moves by MASA."""
-    return effort(*synchronise_batch(distances, *LIMITS, minimise, pulse=pulse), pulse)
+    return effort(*synchronise_batch(distances, V, A, J, minimise, pulse=pulse), pulse)
 
 
 def ratios(ours: Effort, theirs: Effort, synchronised: NDArray[np.bool_]) -> Ratios:
     """How `ours` compares where there was time to spare."""
-    medians = (
-        np.median((getattr(ours, name) / getattr(theirs, name))[synchronised])
-        for name in ("velocity", "acceleration", "jerk")
-    )
+    pairs = zip(ours[1:4], theirs[1:4], strict=True)
+    v, a, j = (float(np.median((one / other)[synchronised])) for one, other in pairs)
     one, other = ours.jerk_square, theirs.jerk_square
     total = one[synchronised].sum() / other[synchronised].sum()
-    return Ratios(ours.duration.mean() / theirs.duration.mean(), *medians, total, one.sum() / other.sum())
+    return Ratios(ours.duration.mean() / theirs.duration.mean(), v, a, j, total, one.sum() / other.sum())
 
 
 def main_table() -> str:
     """Every mapping, over moves from anywhere to anywhere."""
     distances = anywhere(np.random.default_rng(SEED))
     theirs, synchronised = of_ruckig(distances)
-    peaks = [np.median(getattr(theirs, name)[synchronised]) for name in ("velocity", "acceleration", "jerk")]
+    peaks = [np.median(values[synchronised]) for values in theirs[1:4]]
     lines = [
         "| | duration | peak velocity | peak acceleration | peak jerk | jerk² integral | of all axes |",
         "|---|---|---|---|---|---|---|",
@@ -124,7 +126,7 @@ def size_table() -> str:
     """How much of that depends on how far the axes go."""
     draws = [(f"± {size:g} deg", up_to(size)) for size in (10.0, 45.0, 90.0, 120.0, 150.0, 180.0)]
     lines = [
-        "| distances | f_A: jerk² integral | f_J: jerk² integral | f_J: peak jerk, median |",
+        "| distances | f_A^-1: jerk² integral | f_J^-1: jerk² integral | f_J^-1: peak jerk, median |",
         "|---|---|---|---|",
     ]
     for label, draw in (*draws, ("anywhere to anywhere", anywhere)):

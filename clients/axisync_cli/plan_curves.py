@@ -47,7 +47,7 @@ def curves(reply: MoveReply, start: Sequence[float], pulse: PulseName) -> Curves
 
 
 def sampled(series: Sequence[float], jerks: Sequence[float], pulse: PulseName) -> tuple[Array, Array]:
-    """Times [k] and states [4, k] of one axis that starts from rest at 0: segment times (s) and peak jerks [7]."""
+    """Times [k] and states [4, k] of one axis from rest at 0 to rest: of segment times (s) and peak jerks [7]."""
     x = np.linspace(0.0, 1.0, POINTS)
     jerk, *integrals = (PULSES[pulse].integ(order)(x) for order in range(4))
     begin, state = 0.0, np.zeros(3)
@@ -62,4 +62,6 @@ def sampled(series: Sequence[float], jerks: Sequence[float], pulse: PulseName) -
             times.append(begin + t)
             states.append(np.array([position, velocity, acceleration, peak * jerk]))
             begin, state = begin + h, states[-1][:3, -1]
+    times.append(np.array([begin]))
+    states.append(np.array([[state[0]], [0.0], [0.0], [0.0]]))
     return np.concatenate(times), np.concatenate(states, axis=1)

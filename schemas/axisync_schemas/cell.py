@@ -264,6 +264,16 @@ def parse_cell(text: str, source: str = "cell file") -> Cell:
         raise CellError("\n".join(lines)) from None
 
 
+def override(text: str, values: dict[str, float | int]) -> str:
+    """The cell file's text with these top-level keys set anew; everything else, comments too, stays."""
+    lines = text.splitlines()
+    first_table = next((i for i, line in enumerate(lines) if line.lstrip().startswith("[")), len(lines))
+    kept = [line for line in lines[:first_table] if line.partition("=")[0].strip() not in values]
+    while kept and not kept[-1].strip():
+        kept.pop()
+    return "\n".join([*kept, *(f"{key} = {value}" for key, value in values.items()), "", *lines[first_table:], ""])
+
+
 def _with_defaults(data: dict[str, object]) -> dict[str, object]:
     """Fills each group's `defaults` (limits, stop_limits, soft_limits_deg, drive...) into its axes; axes win."""
     groups = data.get("groups")

@@ -96,7 +96,7 @@ def enter_realtime(core: Core, control: Control) -> None:
     missing = realtime.enter()
     control[Word.REALTIME] = int(missing is None)
     if missing is not None:
-        text = f"the cycle runs without real-time priority, ticks may be late: {missing} is not permitted"
+        text = f"the cycle may be late: no permission for {missing}; see deploy/realtime.md"
         core.voice.happenings.append(Happening(EventKind.REALTIME, text, None, "warning"))
         print(f"axisyncd: {text}", file=sys.stderr)
 

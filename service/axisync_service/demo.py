@@ -12,6 +12,13 @@ from pathlib import Path
 from axisync_schemas.cell import Cell
 
 EMULATOR_PRIORITY = 60
+PATIENT: dict[str, float | int] = {
+    "missed_ticks_max": 50,
+    "tpdo_missed_max": 50,
+    "controller_heartbeat_timeout_ms": 500,
+    "drive_heartbeat_timeout_ms": 2000,
+}
+"""What the demo sets in its cell file where it may not take real-time priority: a late process is no fault then."""
 P1_DEG = (0, -150, 60, -45, -45, 45)
 P2_DEG = (100, -90, -60, -120, 45, 45)
 """KingKong's start and end positions of the paper, V.B.1."""

@@ -8,10 +8,11 @@ from typing import Annotated
 
 import typer
 
-from axisync_schemas.cell import Cell, CellError, read_cell
+from axisync_schemas.cell import Cell, CellError, override, read_cell
 from axisync_service.canopen.budget import LOAD_MAX, budget
 from axisync_service.daemon.locks import Locked, runtime_directory
-from axisync_service.demo import EmulatorFailed, Emulators, Program, kernel_has, next_steps
+from axisync_service.demo import PATIENT, EmulatorFailed, Emulators, Program, kernel_has, next_steps
+from axisync_service.motion_controller import realtime
 from axisync_service.process import LOG_LEVEL_VARIABLE
 from axisync_service.supervisor import Supervisor
 
@@ -54,16 +55,31 @@ def demo(
 ) -> None:
     """Both arms of the paper on emulated drives: plays P1 -> P2 and back, then waits for your commands."""
     del dashboard  # There is no page yet; the option is the contract's.
-    cell, text = _load(cell_file)
     _set_verbosity(verbose)
-    simcan = ""
-    if kernel_has(cell):
-        print(f"Buses: {', '.join(bus.channel for bus in cell.buses)} of this kernel.", flush=True)
-    else:
-        simcan = tempfile.mkdtemp(prefix="simcan-", dir=runtime_directory())
-        cell = cell.on_simcan(simcan)
-        print("Buses: simulated (simcan), since this kernel has no vcan0 and vcan1 (deploy/vcan.sh).", flush=True)
-    raise typer.Exit(_demo(cell, text, cell_file, log_dir, listen, simcan, program, candump))
+    with tempfile.TemporaryDirectory(prefix="demo-", dir=runtime_directory()) as scratch:
+        used = _demo_cell_file(cell_file, Path(scratch))
+        cell, text = _load(used)
+        simcan = "" if kernel_has(cell) else scratch
+        channels = ", ".join(bus.channel for bus in cell.buses)
+        print(
+            f"Buses: simulated (simcan), since this kernel has no {channels} (deploy/vcan.sh)."
+            if simcan
+            else f"Buses: {channels} of this kernel.",
+            flush=True,
+        )
+        cell = cell.on_simcan(simcan) if simcan else cell
+        raise typer.Exit(_demo(cell, text, used, log_dir, listen, simcan, program, candump))
+
+
+def _demo_cell_file(cell_file: Path, scratch: Path) -> Path:
+    """The cell file; a patient copy of it where real-time priority is not permitted."""
+    if realtime.permitted():
+        return cell_file
+    _, text = _load(cell_file)
+    print("No real-time priority here: this demo tolerates late ticks (see deploy/realtime.md).", flush=True)
+    patient = scratch / "cell.toml"
+    patient.write_text(override(text, PATIENT), encoding="utf-8")
+    return patient
 
 
 def _demo(
@@ -91,10 +107,6 @@ def _demo(
     finally:
         program.stop()
         emulators.stop()
-        if simcan:
-            for leftover in Path(simcan).iterdir():
-                leftover.unlink()
-            Path(simcan).rmdir()
 
 
 @app.command()

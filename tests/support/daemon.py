@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 from importlib import resources
 from pathlib import Path
 
-from axisync_schemas.cell import read_cell
-from axisync_service.demo import Emulators
+from axisync_schemas.cell import override, read_cell
+from axisync_service.demo import PATIENT, Emulators
 
 READY_S = 60.0
 STOP_S = 20.0
@@ -33,8 +33,7 @@ def eod_text() -> str:
 
 def patient(text: str) -> str:
     """The same cell for a machine that other work shares: it waits longer before it calls a pause a fault."""
-    slack = "missed_ticks_max = 50\ntpdo_missed_max = 50\ncontroller_heartbeat_timeout_ms = 500"
-    return text.replace("missed_ticks_max = 5", f"{slack}\ndrive_heartbeat_timeout_ms = 2000")
+    return override(text, PATIENT)
 
 
 def free_port() -> int:

@@ -21,6 +21,7 @@ from axisync_service.motion_controller.demand import Inputs
 from axisync_service.motion_controller.dispatch import dispatch_tables
 from axisync_service.motion_controller.groups import GroupMachine
 from axisync_service.motion_controller.reporter import Commander, Reporter, TickWriter
+from axisync_service.motion_controller.skips import SkipReport
 from axisync_service.motion_controller.step import Core
 from axisync_service.motion_controller.voice import Happening
 
@@ -60,6 +61,7 @@ class Cycle:
         self._garbage_ticks = max(1, round(GARBAGE_PERIOD_S / cell.period))
         self._sdo_turn = [0] * len(ports)
         self._skipped_ticks = 0
+        self._skips = SkipReport(self._garbage_ticks)
         self._bits = [0] * len(ports)
         self._loads = [0.0] * len(ports)
         self._front = False
@@ -189,9 +191,9 @@ class Cycle:
 
     def _report(self, tick: Tick) -> None:
         core = self.core
-        if tick.skipped:
-            text = f"{tick.skipped} ticks skipped before tick {tick.index}, woke {tick.lateness_ns / 1e6:.3f} ms late"
-            core.voice.say(EventKind.TICKS_SKIPPED, text, None, "warning", skipped=tick.skipped)
+        self._skips.add(tick)
+        if self._skips.due(tick.index):
+            self._skips.say(core.voice)
         if core.voice.replies:
             for ref, error in core.voice.replies:
                 self._reporter.reply(ref, tick.index, error)

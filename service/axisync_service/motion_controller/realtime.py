@@ -8,6 +8,15 @@ PRIORITY = 80
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4  # on fault: plan slots that are never used take no memory
 
 
+def permitted() -> bool:
+    """This process, and so its children, may take real-time scheduling."""
+    before = os.sched_getscheduler(0), os.sched_getparam(0)
+    if _schedule() is not None:
+        return False
+    os.sched_setscheduler(0, *before)
+    return True
+
+
 def enter() -> str | None:
     """Takes real-time scheduling and locks memory. Returns one sentence that names what is missing, or None.
 
@@ -24,11 +33,11 @@ def _schedule() -> str | None:
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
     except PermissionError:
-        return "SCHED_FIFO (needs CAP_SYS_NICE or an rtprio limit of 80: see deploy/realtime.md)"
+        return "SCHED_FIFO (CAP_SYS_NICE or an rtprio limit of 80)"
     return None
 
 
 def _lock_memory() -> str | None:
     if ctypes.CDLL(None, use_errno=True).mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT) != 0:
-        return "locked memory (needs CAP_IPC_LOCK or an unlimited memlock limit: see deploy/realtime.md)"
+        return "locked memory (CAP_IPC_LOCK or an unlimited memlock limit)"
     return None

@@ -88,9 +88,19 @@ def _ended(peer: Peer, report: object, move_id: str, status: MoveStatus) -> obje
 def test_plan_for_people(run: Run, peer: Peer) -> None:
     shown = run("plan", "kingkong", "--joint", "-90,60,-45,0,0,0deg")
     assert shown.code == 0, shown.err
-    for word in ("kingkong.6", "-150.00", "60.00", "T7", "limited by kingkong.2", "alone"):
+    for word in ("kingkong.6", "-150.00", "60.00", "limited by kingkong.2", "alone", "deg/s²", "kingkong.2 *"):
         assert word in shown.out
+    assert max(map(len, shown.out.splitlines())) <= 80
     assert not peer.moves
+
+
+def test_plan_shows_t_and_u_of_every_axis(run: Run) -> None:
+    rows = run("plan", "kingkong", "--joint", "-90,60,-45,0,0,0deg").out.splitlines()
+    cells = [[cell.strip() for cell in row.strip("│").split("│")] for row in rows if row.startswith("│")]
+    (times,) = [row[2:] for row in cells if row[:2] == ["kingkong.2 *", "T s"]]
+    jerks = cells[[row[:2] for row in cells].index(["kingkong.2 *", "T s"]) + 1]
+    assert times == ["1.095", "0", "1.095", "0", "1.095", "0", "1.095"]
+    assert jerks == ["", "U deg/s³", "80.00", "0", "-80.00", "0", "-80.00", "0", "80.00"]
 
 
 def test_plan_of_a_compound_relative_and_in_json(run: Run) -> None:

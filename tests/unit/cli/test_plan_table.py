@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from axisync_cli.plan_table import peaks
+from axisync_cli.plan_table import number, peaks
 from axisync_motion import synchronise
 
 
@@ -30,3 +30,12 @@ def test_two_seconds_of_unit_jerk_by_hand() -> None:
     top = peaks((1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0), (1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0), "constant")
     assert top == pytest.approx((1.0, 1.0, 1.0))
     assert not math.isnan(top.velocity)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [(90.0, "90.00"), (-0.0, "0.00"), (-1e-14, "0.00"), (2.4e-6, "0.00"), (0.0123, "0.012"), (-0.05, "-0.05"),
+     (0.0949999, "0.095"), (0.1, "0.10"), (-10.004, "-10.00"), (123.456, "123.46")],
+)  # fmt: skip
+def test_numbers_are_short_and_hide_no_motion(value: float, shown: str) -> None:
+    assert number(value) == shown

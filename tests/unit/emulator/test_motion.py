@@ -142,3 +142,29 @@ def test_torque_follows_acceleration_and_friction():
     for k in range(200):  # 262144 counts/s^2, a quarter of what rated torque gives
         motor.follow(1000.0 + 0.5 * 262_144 * (0.002 * (k + 1)) ** 2, 2 * k * MS, 2 * MS, hold=False)
     assert motor.torque(400 * MS) == pytest.approx(250 + 20, abs=15)
+
+
+@pytest.mark.parametrize("missing", [1, 2, 4])
+def test_gaps_that_come_again_and_again_do_not_add_up(missing: int) -> None:
+    """Each gap's error is that of one extrapolation: a/2 (n T)^2 and the lag of the targets' mean velocity."""
+    period_ns, acceleration, step = 2_000_000, 116_500.0, missing + 1
+    demand, worst = Demand(0.0), 0.0
+    for cycle in range(0, 600, step):
+        now = cycle * period_ns
+        reach = (cycle + 1) * period_ns * 1e-9
+        if cycle:
+            worst = max(worst, abs(demand.at(now) - 0.5 * acceleration * (now * 1e-9) ** 2))
+        demand.follow(0.5 * acceleration * reach**2, now, period_ns, hold=False)
+    span = step * period_ns * 1e-9
+    assert worst <= 1.5 * acceleration * span**2
+
+
+def test_a_missed_target_is_passed_at_the_targets_own_velocity() -> None:
+    period_ns = 2_000_000
+    demand = Demand(0.0)
+    for cycle in range(4):
+        demand.follow(100.0 * (cycle + 1), cycle * period_ns, period_ns, hold=False)
+    demand.follow(430.0, 3 * period_ns, period_ns, hold=False)
+    assert demand.at(4 * period_ns) == pytest.approx(430.0)
+    assert demand.at(6 * period_ns) == pytest.approx(430.0 + 2 * 30.0)
+    assert demand.linear_until(3 * period_ns, 6 * period_ns) == 4 * period_ns

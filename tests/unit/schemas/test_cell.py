@@ -5,7 +5,7 @@ from importlib import resources
 
 import pytest
 
-from axisync_schemas.cell import Cell, CellError, parse_cell
+from axisync_schemas.cell import Cell, CellError, override, parse_cell
 
 TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
 
@@ -81,6 +81,14 @@ def test_refusals_name_the_place(old: str, new: str, said: str) -> None:
         parse_cell(TEXT.replace(old, new, 1), "cell.toml")
     assert said in str(refusal.value)
     assert str(refusal.value).startswith("cell.toml: ")
+
+
+def test_override_sets_top_level_keys_and_leaves_the_rest() -> None:
+    text = override(TEXT, {"missed_ticks_max": 50, "tpdo_missed_max": 7})
+    cell = parse_cell(text)
+    assert (cell.missed_ticks_max, cell.tpdo_missed_max) == (50, 7)
+    assert parse_cell(override(text, {"missed_ticks_max": 5, "tpdo_missed_max": 3})).axes == parse_cell(TEXT).axes
+    assert override(text, {"missed_ticks_max": 50, "tpdo_missed_max": 7}) == text
 
 
 def test_syntax_error_at_the_end_has_a_line() -> None:
