@@ -20,7 +20,7 @@ ARGS ?=
 .DELETE_ON_ERROR:
 # Packages first, then the project: one after the other even under make -j.
 .NOTPARALLEL:
-.PHONY: help demo test lint bench campaign schemas locks clean
+.PHONY: help demo test lint bench campaign schemas figures locks clean
 .DEFAULT_GOAL := help
 
 help:
@@ -37,6 +37,7 @@ lint: $(DEV) $(EDITABLE)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy deploy/uml/*.py deploy/locks/*.py
+	$(BIN)/mypy docs/*.py
 	MYPYPATH=tests:tests/bench $(BIN)/mypy --explicit-package-bases tests/bench tests/vcan
 	$(BIN)/lint-imports
 	$(BIN)/python deploy/locks/write.py --check
@@ -50,6 +51,9 @@ campaign: $(DEV) $(EDITABLE)
 schemas: $(DEV) $(EDITABLE)
 	$(BIN)/python -m grpc_tools.protoc -Ischemas --python_out=schemas --pyi_out=schemas schemas/axisync_schemas/ticks.proto
 	$(BIN)/python -m axisync_schemas.export
+
+figures: $(DEV) $(EDITABLE)
+	$(BIN)/python docs/draw_figures.py
 
 locks: $(DEV)
 	$(BIN)/python deploy/locks/write.py

@@ -12,7 +12,7 @@ from axisync_schemas.replies import MoveReply
 Array = NDArray[np.float64]
 PulseName = Literal["constant", "parabolic"]
 
-POINTS = 13
+POINTS = 21
 """Of each segment, its ends among them: where the jerk steps, both of its values are sampled."""
 PULSES = {"constant": Polynomial([1.0]), "parabolic": Polynomial([0.0, 4.0, -4.0])}
 """Jerk over its peak, by the part x of the segment that has passed."""

@@ -1,5 +1,6 @@
 """Draws curves of a plan: position, velocity, acceleration and jerk of every axis. Needs matplotlib, an extra."""
 
+import logging
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -51,6 +52,7 @@ def save(curves: Curves, path: Path) -> None:
         PlotFailed: no matplotlib, or the file cannot be written.
     """
     require()
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of its caches, on stderr
     try:
         write(draw(curves), path, background="white")
     except OSError as error:

@@ -18,6 +18,9 @@ _COLUMNS = (
 )  # fmt: skip
 _CAPTION = "alone: the shortest time of this axis by itself; * sets the time of all"
 
+NO_TIME_S = 1e-12
+"""Segments as short as this are rounding."""
+
 
 class Peaks(NamedTuple):
     """Largest magnitudes: rad/s, rad/s^2, rad/s^3."""
@@ -74,24 +77,30 @@ def _axes(
 
 
 def _segments(reply: MoveReply) -> Table:
-    table = Table()
-    table.add_column("axis")
+    table = Table(caption="T: s, U: deg/s³, of segments 1 to 7", caption_justify="left")
+    table.add_column("axis", no_wrap=True)
     table.add_column("")
     for segment in range(1, 8):
-        table.add_column(str(segment), justify="right")
+        table.add_column(str(segment), justify="right", no_wrap=True)
     for row in range(len(reply.scalars)):
-        times = ["0" if time == 0.0 else f"{time:.3f}" for time in reply.T[row]]
-        table.add_row(_label(reply, row), "T s", *times, style=_style(reply, row))
-        jerks = [number(math.degrees(jerk)) if jerk else "0" for jerk in reply.U[row]]
-        table.add_row("", "U deg/s³", *jerks, style=_style(reply, row))
+        times = [f"{time:.3f}" if time > NO_TIME_S else "0" for time in reply.T[row]]
+        table.add_row(_label(reply, row), "T", *times, style=_style(reply, row))
+        jerks = [_jerk(math.degrees(jerk)) for jerk in reply.U[row]]
+        table.add_row("", "U", *jerks, style=_style(reply, row))
     return table
 
 
 def number(value: float) -> str:
-    """Two decimals, or two digits where these would hide a slow motion; what rounding leaves is 0.00, never -0.00."""
-    if 1e-4 <= abs(value) < 0.095:
-        return f"{value:.2g}"
-    return f"{value:.2f}".replace("-0.00", "0.00")
+    """Two decimals, or three where two would hide a slow motion; never -0.00."""
+    text = f"{value:.3f}" if 0.0005 <= abs(value) < 0.095 else f"{value:.2f}"
+    return "0.00" if text == "-0.00" else text
+
+
+def _jerk(value: float) -> str:
+    """Six characters for any jerk of a robot: the table must fit into 80 columns."""
+    if value == 0.0:
+        return "0"
+    return number(value) if abs(value) < 99.995 else f"{value:.0f}"
 
 
 def _label(reply: MoveReply, row: int) -> str:

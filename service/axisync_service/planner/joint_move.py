@@ -81,7 +81,7 @@ def _synchronise(axes: tuple[Axis, ...], job: PlanJob, start: Array, target: Arr
         )
     except InfeasibleDuration as error:
         name = axes[error.axis].name if error.axis is not None else None
-        message = f"{error.value:.6g} s is too short: {name} needs {error.shortest:.6g} s"
+        message = f"{error.value:.6g} s is too short for {name}"
         raise Refusal(
             ErrorCode.INFEASIBLE_DURATION, message, axis=name, required=error.shortest, value=error.value,
             shortest_duration_s=error.shortest,

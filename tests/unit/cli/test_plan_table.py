@@ -1,10 +1,13 @@
+import io
 import math
 
 import numpy as np
 import pytest
+from rich.console import Console
 
-from axisync_cli.plan_table import number, peaks
+from axisync_cli.plan_table import number, peaks, plan_table
 from axisync_motion import synchronise
+from axisync_schemas.replies import MoveReply
 
 
 @pytest.mark.parametrize("pulse", ["constant", "parabolic"])
@@ -34,8 +37,28 @@ def test_two_seconds_of_unit_jerk_by_hand() -> None:
 
 @pytest.mark.parametrize(
     ("value", "shown"),
-    [(90.0, "90.00"), (-0.0, "0.00"), (-1e-14, "0.00"), (2.4e-6, "0.00"), (0.0123, "0.012"), (-0.05, "-0.05"),
-     (0.0949999, "0.095"), (0.1, "0.10"), (-10.004, "-10.00"), (123.456, "123.46")],
+    [(90.0, "90.00"), (-0.0, "0.00"), (-1e-14, "0.00"), (2.4e-6, "0.00"), (-4.9e-4, "0.00"), (-5.1e-4, "-0.001"),
+     (0.0123, "0.012"), (-0.05, "-0.050"), (0.0949999, "0.095"), (0.1, "0.10"), (-10.004, "-10.00"),
+     (123.456, "123.46")],
 )  # fmt: skip
 def test_numbers_are_short_and_hide_no_motion(value: float, shown: str) -> None:
     assert number(value) == shown
+
+
+def test_a_hard_move_fits_into_80_columns() -> None:
+    start, end = [0.0, -150.0, 0.0], [170.0, 170.0, 0.5]
+    profile = synchronise(np.radians(np.subtract(end, start)), [3.0] * 3, [20.0] * 3, [200.0] * 3, "jerk")
+    names = tuple(f"kingkong.{i + 1}" for i in range(3))
+    reply = MoveReply(
+        request_id="", now_s=0.0, move_id=None, group="kingkong", duration_s=profile.duration, scalars=names,
+        T=tuple(map(tuple, profile.T.tolist())), U=tuple(map(tuple, profile.U.tolist())),
+        minimum_s=tuple(profile.minimum_durations.tolist()), limiting=names[1],
+    )  # fmt: skip
+    console = Console(width=80, record=True, file=io.StringIO())
+    table = plan_table(reply, tuple(np.radians(start)), tuple(np.radians(end)), False, "constant")
+    console.print(table)
+    shown = console.export_text()
+    assert "…" not in shown
+    assert "kingkong.2 *" in shown
+    assert "-11459" in shown
+    assert console.measure(table).minimum <= 80
