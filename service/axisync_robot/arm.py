@@ -53,12 +53,14 @@ def link_placement(row: DenavitHartenberg) -> pinocchio.SE3:
 
 
 class Arm:
-    """A serial arm of n revolute joints, by pinocchio."""
+    """A serial arm of n revolute joints, by pinocchio. `rows` as given; `base` [4, 4] is its base in O."""
 
     def __init__(self, base: Pose, rows: Sequence[DenavitHartenberg]) -> None:
         """Joint i turns by q[i] + theta_i about z of the frame before it; row i then leads to the next frame."""
+        self.rows = tuple(rows)
         self._model = pinocchio.Model()
         placement = base_placement(base)
+        self.base: Array = placement.homogeneous
         parent = 0
         for index, row in enumerate(rows):
             placement = placement * pinocchio.SE3(rotation_z(row.theta), np.zeros(3))
@@ -103,3 +105,14 @@ class Arm:
         qx, qy, qz, qw = pinocchio.Quaternion(pose[:3, :3]).coeffs().tolist()
         sign = -1.0 if qw < 0.0 else 1.0
         return (x, y, z), (sign * qx, sign * qy, sign * qz, sign * qw)
+
+    def jacobian(self, q: Sequence[float] | Array) -> tuple[Array, Array]:
+        """Pose [4, 4] of the tool frame in O, and its Jacobian [6, n]: m/rad, then rad/rad, along the axes of O.
+
+        Raises:
+            ValueError: not n values.
+        """
+        pose = self.placement(q)
+        pinocchio.computeJointJacobians(self._model, self._data)
+        axes = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        return pose, pinocchio.getFrameJacobian(self._model, self._data, self._tool, axes)
