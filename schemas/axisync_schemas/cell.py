@@ -98,11 +98,24 @@ class DenavitHartenberg(Strict):
     theta: Degrees = Field(alias="theta_offset_deg", default=0.0)
 
 
+class Capsule(Strict):
+    """What is within `radius` of a segment (m), in the frame that turns with the axis: z along it, before d and a."""
+
+    start: tuple[float, float, float] = Field(alias="from_m")
+    end: tuple[float, float, float] = Field(alias="to_m")
+    radius: Positive = Field(alias="radius_m")
+
+
 class Axis(Strict):
-    """A logical coordinate with limits, moved by one drive."""
+    """A logical coordinate with limits, moved by one drive.
+
+    `radius` wraps the link's DH offsets in capsules; `capsules` replaces these; with neither, the link has no shape.
+    """
 
     name: Name
     dh: DenavitHartenberg | None = None
+    radius: Positive | None = Field(alias="radius_m", default=None)
+    capsules: tuple[Capsule, ...] = Field(max_length=8, default=())
     soft_limits: tuple[Degrees, Degrees] = Field(alias="soft_limits_deg")
     hard_limits: tuple[Degrees, Degrees] = Field(alias="hard_limits_deg")
     limits: Limits
@@ -143,6 +156,25 @@ class Group(Strict):
     axes: tuple[Axis, ...] = Field(min_length=1, max_length=64)
 
 
+class Box(Strict):
+    """Something solid that stands still in the cell's frame O: its middle's pose and its edges (m)."""
+
+    name: Name
+    pose: Pose = Pose()
+    size: tuple[Positive, Positive, Positive] = Field(alias="size_m")
+
+
+class Geometry(Strict):
+    """What links must keep away from. A pair names two boxes or axes, an axis standing for the link that it turns."""
+
+    margin: float = Field(alias="margin_m", ge=0, default=0.005)
+    boxes: tuple[Box, ...] = Field(max_length=64, default=())
+    allowed: tuple[tuple[Name, Name], ...] = ()
+    """Never checked: they touch by construction."""
+    contacts: tuple[tuple[Name, Name], ...] = ()
+    """Checked, but for a step of a program that declares the contact (a tool change)."""
+
+
 class Compound(Strict):
     """Groups that can also be moved as one; stopping a member stops all."""
 
@@ -166,6 +198,7 @@ class Cell(Strict):
     buses: tuple[Bus, ...] = Field(min_length=1, max_length=8)
     groups: tuple[Group, ...] = Field(min_length=1, max_length=16)
     compounds: tuple[Compound, ...] = ()
+    geometry: Geometry = Geometry()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -187,6 +220,23 @@ class Cell(Strict):
             _unique(f"members of {compound.name}", list(compound.members))
         if "all" in names | {c.name for c in self.compounds}:
             raise ValueError('a group cannot be called "all": commands use that name for every group')
+        return self
+
+    @model_validator(mode="after")
+    def _solid(self) -> Self:
+        names = [axis.name for axis in self.axes] + [box.name for box in self.geometry.boxes]
+        _unique("boxes and axes", names)
+        for pair in (*self.geometry.allowed, *self.geometry.contacts):
+            for name in pair:
+                if name not in names:
+                    raise ValueError(f"geometry: {name!r} is neither an axis nor a box")
+            if pair[0] == pair[1]:
+                raise ValueError(f"geometry: the pair {pair[0]!r} with itself")
+        for group in self.groups:
+            shaped = [a.name for a in group.axes if a.radius is not None or a.capsules]
+            flat = [a.name for a in group.axes if a.dh is None]
+            if shaped and flat:
+                raise ValueError(f"axis {shaped[0]} has a shape, so {flat[0]} needs a dh row to place it")
         return self
 
     @cached_property
