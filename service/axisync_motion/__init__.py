@@ -1,5 +1,6 @@
-"""Synchronised jerk-limited motion of many axes: MASA, trajectories, the path clock. Needs numpy only."""
+"""Synchronised jerk-limited motion of many axes: MASA, trajectories, the path clock. Needs numpy; numba is optional."""
 
+from .backends import backend, use_backend
 from .batch import synchronise_batch
 from .errors import InfeasibleDuration, InvalidLimits
 from .from_profiles import from_profiles
@@ -23,6 +24,7 @@ __all__ = [
     "StopTable",
     "SyncProfile",
     "Trajectory",
+    "backend",
     "concatenate",
     "derivatives",
     "duration",
@@ -37,4 +39,5 @@ __all__ = [
     "synchronise",
     "synchronise_batch",
     "time_optimal",
+    "use_backend",
 ]

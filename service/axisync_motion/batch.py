@@ -1,14 +1,16 @@
-"""MASA for many moves at once: the maps of time_optimal.py and inverse.py on arrays."""
+"""MASA for many moves at once: the maps of closed_forms.py compiled, or else written for arrays."""
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import DURATION_MAX, DURATION_TOLERANCE, check_batch, check_duration
+from .backends import Kernels, kernels
+from .checks import check_batch, check_batch_shapes, check_duration
+from .closed_forms import ANY_DURATION, DURATION_MAX, DURATION_TOLERANCE, SIN_MAX, Array
 from .errors import InfeasibleDuration
-from .inverse import SIN_MAX, Minimise, shape_map
-from .s_curve import SERIES_ORDER, Array, Pulse, mean_jerk
+from .inverse import MINIMISE_CODES, Minimise, shape_map
+from .s_curve import PARABOLIC, SERIES_ORDER, Pulse, mean_jerk
 
 CHUNK = 2048  # moves worked on at a time: the intermediate arrays stay in the cache
 
@@ -30,19 +32,48 @@ def synchronise_batch(
     Raises as synchronise; an error of one move names its axis.
     """
     shape_map(minimise)
-    d, v, a, j = check_batch(distances, v_max, a_max, j_max)
+    mean_jerk(1.0, pulse)
+    d, *limits = check_batch_shapes(distances, v_max, a_max, j_max)
+    requested = None if duration is None else _requested(duration, len(d))
+    compiled = kernels()
+    if compiled is not None and d.size > 0:
+        moves = _compiled(compiled, d, np.array(limits), minimise, requested, pulse)
+        if moves is not None:
+            return moves
+    # Also where something is to be refused: this finds what, and says so.
+    return _numpy(d, limits, minimise, requested, pulse)
+
+
+def _compiled(
+    compiled: Kernels, d: Array, limits: Array, minimise: Minimise, requested: Array | None, pulse: Pulse
+) -> tuple[Array, Array, Array] | None:
+    """The moves, or None if any is to be refused."""
+    m, n = d.shape
+    asked = np.full(m, ANY_DURATION) if requested is None else requested.copy()
+    series, inputs, own, times = np.empty((m, n, 7)), np.empty((m, n, 7)), np.empty(n), np.empty(m)
+    plain = np.require(d, requirements=["C", "A", "W"])
+    done = compiled.plan_batch(
+        plain, limits, MINIMISE_CODES[minimise], asked, PARABOLIC[pulse], series, inputs, own, times
+    )
+    return (series, inputs, times) if done else None
+
+
+def _numpy(
+    d: Array, limits: list[Array], minimise: Minimise, requested: Array | None, pulse: Pulse
+) -> tuple[Array, Array, Array]:
+    check_batch(d, *limits)
+    v, a, j = limits
     m, n = d.shape
     mean = mean_jerk(j, pulse)
     a = np.minimum(a, np.sqrt(v * mean))  # (23)
     # Axes first: then all that differs between the axes is constant along the inner loops.
-    limits = v[:, np.newaxis], a[:, np.newaxis], mean[:, np.newaxis]
-    requested = None if duration is None else _requested(duration, m)
+    columns = v[:, np.newaxis], a[:, np.newaxis], mean[:, np.newaxis]
     series, inputs, times = np.empty((m, n, 7)), np.zeros((m, n, 7)), np.empty(m)
     for first in range(0, m, CHUNK):
         part = slice(first, first + CHUNK)
         wanted = None if requested is None else requested[part]
         signed = np.ascontiguousarray(d[part].T)
-        shape, times[part] = _moves(np.abs(signed), *limits, ARRAY_MAPS[minimise], wanted)
+        shape, times[part] = _moves(np.abs(signed), *columns, ARRAY_MAPS[minimise], wanted)
         peak = np.sign(signed) * shape[3] * (1.5 if pulse == "parabolic" else 1.0)  # (14)
         _write(series[part], inputs[part], shape, peak)
     return series, inputs, times
@@ -95,7 +126,7 @@ def _check_feasible(own: Array, t: Array, requested: Array) -> None:
 
 
 def _shortest(d: Array, v: Array, a: Array, j: Array) -> Array:
-    """As time_optimal.shortest."""
+    """As closed_forms.shortest."""
     tj = a / j
     t_up = tj + v / a
     out = np.where(d >= v * t_up, t_up + d / v, tj + np.sqrt(tj * tj + 4.0 * d / a))
@@ -105,7 +136,7 @@ def _shortest(d: Array, v: Array, a: Array, j: Array) -> Array:
 
 
 def _optimal(t: Array, d: Array, v: Array, a: Array, j: Array) -> tuple[Array, Array, Array]:
-    """As time_optimal.optimal_shape: tj, ta, tv."""
+    """As closed_forms.optimal_shape: tj, ta, tv."""
     tj = a / j
     cruising = d >= v * (tj + v / a)
     excess = d / a - 2.0 * tj * tj
@@ -117,7 +148,7 @@ def _optimal(t: Array, d: Array, v: Array, a: Array, j: Array) -> tuple[Array, A
 
 
 def _velocity_map(t: Array, d: Array, v: Array, a: Array, j: Array) -> tuple[Array, Array, Array]:
-    """As inverse.velocity_shape: tj, ta, jerk."""
+    """As closed_forms.velocity_shape: tj, ta, jerk."""
     tj = a / j
     saturated = d >= a * tj * np.maximum(t - 2.0 * tj, 2.0 * tj)
     c = t - tj
@@ -131,7 +162,7 @@ def _velocity_map(t: Array, d: Array, v: Array, a: Array, j: Array) -> tuple[Arr
 
 
 def _peaks(t: Array, d: Array, v: Array, a: Array, j: Array) -> tuple[Array, Array]:
-    """As inverse._peak_velocity."""
+    """As closed_forms.peak_velocity."""
     peak = 2.0 * d / t
     free = peak < v
     c = np.where(free, 0.5 * t, np.maximum(t - d / v, a / j + v / a))
@@ -139,7 +170,7 @@ def _peaks(t: Array, d: Array, v: Array, a: Array, j: Array) -> tuple[Array, Arr
 
 
 def _acceleration_map(t: Array, d: Array, v: Array, a: Array, j: Array) -> tuple[Array, Array, Array]:
-    """As inverse.acceleration_shape: tj, ta, jerk."""
+    """As closed_forms.acceleration_shape: tj, ta, jerk."""
     peak, c = _peaks(t, d, v, a, j)
     root = np.sqrt(np.maximum(c * c - 4.0 * peak / j, 0.0))
     lowest = np.minimum(a, 2.0 * peak / (c + root))
@@ -150,7 +181,7 @@ def _acceleration_map(t: Array, d: Array, v: Array, a: Array, j: Array) -> tuple
 
 
 def _jerk_map(t: Array, d: Array, v: Array, a: Array, j: Array) -> tuple[Array, Array, Array]:
-    """As inverse.jerk_shape: tj, ta, jerk."""
+    """As closed_forms.jerk_shape: tj, ta, jerk."""
     peak, c = _peaks(t, d, v, a, j)
     gentle = 2.0 * peak <= a * c
     time = peak / a

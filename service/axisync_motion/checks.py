@@ -5,16 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .closed_forms import DISTANCE_MAX, DISTANCE_MIN, DURATION_MAX, LIMIT_MAX, LIMIT_MIN, Array
 from .errors import InvalidLimits
-
-# Within these bounds no closed form can leave the normal range of float64. They are far outside of what any unit
-# system gives a machine.
-LIMIT_MIN, LIMIT_MAX = 1e-40, 1e40
-DISTANCE_MIN, DISTANCE_MAX = 1e-60, 1e60
-DURATION_MAX = 1e75
-
-# A duration this little below the shortest one is the shortest one, written down and read again.
-DURATION_TOLERANCE = 1e-12
 
 _LIMIT_BOUND = f"finite and within {LIMIT_MIN:g} .. {LIMIT_MAX:g}"
 _DISTANCE_BOUND = f"finite, and 0 or of magnitude {DISTANCE_MIN:g} .. {DISTANCE_MAX:g}"
@@ -44,7 +36,7 @@ def check_duration(duration: float, axis: int | None = None) -> None:
 def floats(name: str, values: Sequence[float] | NDArray[np.float64], count: int | None = None) -> list[float]:
     """A vector as plain floats; ValueError if it is no vector or not of `count` elements."""
     try:
-        result = [float(x) for x in (values.tolist() if isinstance(values, np.ndarray) else values)]
+        result = list(map(float, values.tolist() if isinstance(values, np.ndarray) else values))
     except TypeError:
         raise ValueError(f"{name}: expected a vector, got shape {np.shape(values)}") from None
     if count is not None and len(result) != count:
@@ -52,10 +44,10 @@ def floats(name: str, values: Sequence[float] | NDArray[np.float64], count: int 
     return result
 
 
-def check_batch(
+def check_batch_shapes(
     distances: ArrayLike, v: ArrayLike, a: ArrayLike, j: ArrayLike
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Distances [m, n] and limits [n] as checked float64 arrays."""
+) -> tuple[Array, Array, Array, Array]:
+    """Distances [m, n] and limits [n] as float64 arrays; ValueError for other shapes."""
     d = np.asarray(distances, dtype=np.float64)
     if d.ndim != 2:
         raise ValueError(f"distances: expected shape [moves, axes], got {d.shape}")
@@ -63,11 +55,15 @@ def check_batch(
     for name, limit in zip(("v_max", "a_max", "j_max"), limits, strict=True):
         if limit.shape != (d.shape[1],):
             raise ValueError(f"{name}: expected shape {(d.shape[1],)}, got {limit.shape}")
-    for axis, (vi, ai, ji) in enumerate(zip(*(limit.tolist() for limit in limits), strict=True)):
-        check_axis(0.0, vi, ai, ji, axis)
+    return d, limits[0], limits[1], limits[2]
+
+
+def check_batch(d: Array, v: Array, a: Array, j: Array) -> None:
+    """As check_axis for distances [m, n] and limits [n]."""
+    for axis, limits in enumerate(zip(v.tolist(), a.tolist(), j.tolist(), strict=True)):
+        check_axis(0.0, *limits, axis)
     size = np.abs(d)
     bad = ~(((size >= DISTANCE_MIN) & (size <= DISTANCE_MAX)) | (d == 0.0))
     if bad.any():
         move, axis = (int(i) for i in np.argwhere(bad)[0])
         check_axis(float(d[move, axis]), 1.0, 1.0, 1.0, axis)
-    return d, limits[0], limits[1], limits[2]

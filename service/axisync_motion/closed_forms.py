@@ -4,7 +4,7 @@ Stable forms of the paper's equations: the printed roots cancel, these do not. d
 a, j are limits, `a` already capped by (23) and j the mean jerk of a pulse.
 
 numba compiles this file as it stands (compiled.py): the same operations in the same order, so the same results. What
-it compiles must all be in here, constants too, since its cache looks at one file's time stamp only.
+it compiles must all be in here, constants too, since its cache is valid while one file is unchanged.
 """
 
 from math import asin, cbrt, pi, sin, sqrt
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
+Vector: TypeAlias = list[float] | Array
 Shape: TypeAlias = tuple[float, float, float, float]
 """tj, ta, tv and the mean jerk of a pulse (positive)."""
 
@@ -139,15 +140,16 @@ def signed_peak(mean: float, distance: float, parabolic: bool) -> float:
     return peak if distance > 0.0 else -peak
 
 
-def prepare(limits: Array, parabolic: bool) -> bool:
-    """Turn v, a, j, the rows of limits[3, n], into what the maps take; False if one is to be refused."""
-    for i in range(limits.shape[1]):
-        for k in range(3):
-            if not LIMIT_MIN <= limits[k, i] <= LIMIT_MAX:
-                return False
+def prepare(v: Vector, a: Vector, j: Vector, parabolic: bool) -> bool:
+    """Cap a by (23) and make j the mean of its pulse, in place; False if a limit is to be refused."""
+    for i in range(len(v)):
+        vi, ai, ji = v[i], a[i], j[i]
+        if not (LIMIT_MIN <= vi <= LIMIT_MAX and LIMIT_MIN <= ai <= LIMIT_MAX and LIMIT_MIN <= ji <= LIMIT_MAX):
+            return False
         if parabolic:
-            limits[2, i] = limits[2, i] * 2.0 / 3.0
-        limits[1, i] = capped_acceleration(limits[0, i], limits[1, i], limits[2, i])
+            ji = ji * 2.0 / 3.0
+            j[i] = ji
+        a[i] = capped_acceleration(vi, ai, ji)
     return True
 
 
@@ -157,11 +159,11 @@ def plan_batch(
 ) -> bool:  # fmt: skip
     """MASA for moves over d[m, n] in requested[m] or ANY_DURATION: fills series and inputs [m, n, 7] and times[m].
 
-    limits[3, n] are overwritten, own[n] holds the shortest durations of the last move's axes. False, and no result, if
-    anything is to be refused. Only fast when compiled; no views of rows, since counting references to them takes as
-    long as the rest.
+    limits[3, n] are overwritten, requested and times may be one array, own[n] holds the shortest durations of the last
+    move's axes. False, and no result, if anything is to be refused. Fast when compiled only; and then without views
+    of rows, since to count references to those takes as long as the rest.
     """
-    if not prepare(limits, parabolic):
+    if not prepare(limits[0], limits[1], limits[2], parabolic):
         return False
     for k in range(d.shape[0]):
         t = 0.0
@@ -190,13 +192,16 @@ def plan_batch(
     return True
 
 
-def plan_table(table: Array, minimise: int, requested: float, parabolic: bool) -> float:
-    """One move in a table [19, n]: from d, v, a, j, its rows 0 to 3, to T (4 to 10), U (11 to 17) and each axis's own
-    shortest duration (18). Returns the duration, or REFUSED.
+def plan_move(table: Array, minimise: int, requested: float, parabolic: bool, series: Array, inputs: Array) -> float:
+    """One move of n axes: rows 0 to 3 of table[6, n] are v, a, j and d; row 4 becomes the axes' own shortest durations.
+
+    Fills series and inputs [n, 7] and returns the duration, or REFUSED. Rows 1 and 2 are overwritten, and 5.
     """
-    times = np.empty(1)
-    asked = np.full(1, requested)
-    series, inputs = table[4:11].T[np.newaxis], table[11:18].T[np.newaxis]
-    if plan_batch(table[0:1], table[1:4], minimise, asked, parabolic, series, inputs, table[18], times):
-        return times[0]
+    time = table[5]
+    time[0] = requested
+    one = 1, series.shape[0], 7
+    if plan_batch(
+        table[3:4], table[0:3], minimise, time, parabolic, series.reshape(one), inputs.reshape(one), table[4], time
+    ):
+        return float(time[0])
     return REFUSED

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .closed_forms import Array
 from .masa import SyncProfile
-from .s_curve import Array, phases, rising_states
+from .s_curve import phases, rising_states
 from .trajectory import Trajectory
 
 RESOLUTION = 4.0 * float(np.finfo(np.float64).eps)  # of the duration: boundaries closer than this are one knot

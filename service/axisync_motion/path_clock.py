@@ -4,7 +4,7 @@ With q(s) the path and r = ds/dt its rate: v = q' r, a = q'' r^2 + q' r', j = q'
 A stop of duration D takes r from 1 to 0 by 1 - 3x^2 + 2x^3, x = t/D, over D/2 of the path.
 """
 
-from .s_curve import Array
+from .closed_forms import Array
 
 
 def derivatives(q1: Array, q2: Array, q3: Array, rate: float, rate1: float, rate2: float) -> tuple[Array, Array, Array]:

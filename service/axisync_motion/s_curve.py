@@ -5,20 +5,18 @@ so all is computed for the rising half and mirrored: the end is reached exactly,
 """
 
 from dataclasses import dataclass
-from math import sqrt
 from typing import Generic, Literal, NamedTuple, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-Pulse = Literal["constant", "parabolic"]
-Array = NDArray[np.float64]
-Shape = tuple[float, float, float, float]
-"""tj, ta, tv and the mean jerk of a pulse (positive)."""
+from .closed_forms import Array, Shape, signed_peak
 
+Pulse = Literal["constant", "parabolic"]
 Series = tuple[float, float, float, float, float, float, float]
 X = TypeVar("X", float, Array)
 
+PARABOLIC: dict[Pulse, bool] = {"constant": False, "parabolic": True}
 SERIES_ORDER = [0, 1, 0, 2, 0, 1, 0]  # T from (tj, ta, tv)
 
 
@@ -29,12 +27,6 @@ def mean_jerk(j: X, pulse: Pulse) -> X:
     if pulse == "parabolic":
         return j * 2.0 / 3.0
     raise ValueError(f"pulse = {pulse!r}: must be 'constant' or 'parabolic'")
-
-
-def capped_acceleration(v: float, a: float, j: float) -> float:
-    """Eq. (23): the acceleration that jerk j can reach and leave again on the way to v. Must come first."""
-    cap = sqrt(v * j)
-    return cap if cap < a else a
 
 
 class Curve(NamedTuple, Generic[X]):
@@ -103,18 +95,10 @@ class Profile:
         return (self.distance - s, v, -a, j) if mirrored else (s, v, a, j)
 
 
-def signed_peak(mean: float, distance: float, pulse: Pulse) -> float:
-    """Peak jerk of a pulse of this mean, with the sign of the distance: (14), and 0 for no distance, as (85)."""
-    if distance == 0.0:
-        return 0.0
-    peak = mean if pulse == "constant" else 1.5 * mean
-    return peak if distance > 0.0 else -peak
-
-
 def make_profile(shape: Shape, distance: float, duration: float, pulse: Pulse) -> Profile:
     """A profile from a map's result."""
     tj, ta, tv, mean = shape
-    j = signed_peak(mean, distance, pulse)
+    j = signed_peak(mean, distance, pulse == "parabolic")
     return Profile((tj, ta, tj, tv, tj, ta, tj), (j, 0.0, -j, 0.0, -j, 0.0, j), duration, distance, pulse)
 
 

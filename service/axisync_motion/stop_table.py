@@ -14,17 +14,16 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
+from .backends import kernels
+from .closed_forms import Array
 from .errors import InvalidLimits
-from .path_bounds import PathBounds
-from .s_curve import Array
+from .path_bounds import PathBounds, cell_bounds
+from .stop_loops import GOOD, PATH, R2, R3, ROUNDS, RP, SLACK, P, W
 from .trajectory import Trajectory
 
 BINS = 20  # even: the second derivative of the rate changes sign between two bins
 FINE = 2  # cells of path bounds per cell of beginnings
 CHUNK = 24  # cells worked on at a time
-ROUNDS = 5  # of looking for something shorter than the first duration that fits
-GOOD = 0.95  # share of the room taken that is near enough to all of it
-SLACK = 1.0 + 1e-9  # the bounds themselves are rounded
 ROUNDING = 1e-9  # by which a path that goes as fast as it may can exceed its own limit
 
 RATE = Polynomial([1.0, 0.0, -3.0, 2.0])
@@ -57,19 +56,31 @@ def stop_table(
     if duration == 0.0:
         return StopTable(np.zeros(1), np.zeros(1))
     count = points if points is not None else int(np.clip(np.ceil(duration / 0.025), 16, 1000))
-    bounds = PathBounds(trajectory, FINE * count)
+    cells = cell_bounds(trajectory, FINE * count)
     edges = np.linspace(0.0, duration, count + 1)
-    speed = np.abs(trajectory.sample(np.concatenate([edges, trajectory.knots]))[1]).max(axis=0)
-    _check_above("v_max", v * (1.0 + ROUNDING), speed)
-    _, q2, q3 = bounds.overall
+    q1, q2, q3 = cells.max(axis=0)
+    fast = v * (1.0 + ROUNDING)
+    if (np.maximum(q1[:n], q1[n:]) >= fast).any():  # the bound is a little above the peaks of a parabola: look there
+        speed = np.abs(trajectory.sample(np.concatenate([edges, trajectory.knots]))[1]).max(axis=0)
+        _check_above("v_max", fast, speed)
     _check_above("a_stop", a, np.maximum(q2[:n], q2[n:]))
     _check_above("j_stop", j, np.maximum(q3[:n], q3[n:]))
-    found = _search(bounds, edges, np.concatenate([a, a]), np.concatenate([j, j]))
-    return StopTable(edges, np.append(found, 0.0))
+    return StopTable(edges, np.append(_durations(cells, edges, a, j), 0.0))
+
+
+def _durations(cells: Array, edges: Array, a: Array, j: Array) -> Array:
+    """The shortest duration found for a stop that begins in each cell of `edges`."""
+    width = float(edges[-1]) / (len(cells) - 1)
+    compiled = kernels()
+    if compiled is None:
+        return _search(PathBounds(cells, width), edges, np.concatenate([a, a]), np.concatenate([j, j]))
+    found = np.empty(edges.size - 1)
+    compiled.stop_durations(cells.reshape(len(cells), -1), width, edges, a, j, _bins()[..., 0], found)
+    return found
 
 
 def _vector(name: str, limit: ArrayLike, n: int) -> Array:
-    values = np.asarray(limit, dtype=np.float64)
+    values = np.array(limit, dtype=np.float64)
     if values.shape != (n,):
         raise ValueError(f"{name}: expected {n} values, got shape {values.shape}")
     return values
@@ -83,19 +94,12 @@ def _check_above(name: str, limit: Array, own: Array) -> None:
 
 
 @lru_cache(maxsize=1)
-def _bins() -> dict[str, Array]:
-    """Lowest and highest value [2, BINS, 1] of the rate curve's terms in each bin of x."""
+def _bins() -> Array:
+    """Lowest and highest value of the rate curve's terms in each bin of x: [6, 2, BINS, 1], rows as in stop_loops."""
     steep = -RATE.deriv()
-    terms = {
-        "path": RATE.integ(),
-        "r2": RATE**2,
-        "r3": RATE**3,
-        "p": steep,
-        "rp": RATE * steep,
-        "w": RATE.deriv(2),
-    }
+    terms = {PATH: RATE.integ(), R2: RATE**2, R3: RATE**3, P: steep, RP: RATE * steep, W: RATE.deriv(2)}
     edges = np.linspace(0.0, 1.0, BINS + 1)
-    return {name: _ranges(term, edges)[:, :, np.newaxis] for name, term in terms.items()}
+    return np.array([_ranges(terms[row], edges) for row in sorted(terms)])[..., np.newaxis]
 
 
 def _ranges(term: Polynomial, edges: Array) -> Array:
@@ -122,19 +126,19 @@ def _load(bounds: PathBounds, low: Array, high: Array, d: Array, a: Array, j: Ar
     root, since slowing's jerk mostly goes with 1/d^2 where its acceleration goes with 1/d.
     """
     bins = _bins()
-    path = bins["path"][:, :, 0]
+    path = bins[PATH][:, :, 0]
     d = d[:, np.newaxis]
     q1, q2, q3 = bounds.over(low[:, np.newaxis] + d * path[0], high[:, np.newaxis] + d * path[1])
     d = d[:, :, np.newaxis]
     n1, n2 = _negated(q1), _negated(q2)
-    room_a = a - _most(q2, bins["r2"])
-    room_j = j - _most(q3, bins["r3"])
-    slowing_a = _most(n1, bins["p"]) / d
+    room_a = a - _most(q2, bins[R2])
+    room_j = j - _most(q3, bins[R3])
+    slowing_a = _most(n1, bins[P]) / d
     half = BINS // 2
     bend = np.empty_like(q1)  # the rate's second derivative is negative first, then positive
-    bend[:, :half] = _most(n1[:, :half], -bins["w"][::-1, :half])
-    bend[:, half:] = _most(q1[:, half:], bins["w"][:, half:])
-    slowing_j = (3.0 * _most(n2, bins["rp"]) + bend / d) / d
+    bend[:, :half] = _most(n1[:, :half], -bins[W][::-1, :half])
+    bend[:, half:] = _most(q1[:, half:], bins[W][:, half:])
+    slowing_j = (3.0 * _most(n2, bins[RP]) + bend / d) / d
     share_a = (slowing_a / room_a).max(axis=(1, 2))
     share_j = (slowing_j / room_j).max(axis=(1, 2))
     share: Array = np.maximum(share_a, np.sqrt(np.maximum(share_j, 0.0)))

@@ -1,9 +1,8 @@
 """The fastest motion of one axis: F (33), f (36) and f_t (44), in the corrected and stable forms."""
 
-from math import cbrt, sqrt
-
 from .checks import check_axis, check_duration
-from .s_curve import Profile, Pulse, Shape, capped_acceleration, make_profile, mean_jerk
+from .closed_forms import capped_acceleration, optimal_shape, shortest
+from .s_curve import Profile, Pulse, make_profile, mean_jerk
 
 
 def time_optimal(distance: float, v_max: float, a_max: float, j_max: float, *, pulse: Pulse = "constant") -> Profile:
@@ -44,29 +43,3 @@ def max_distance(t: float, v_max: float, a_max: float, j_max: float, *, pulse: P
     if t >= 4.0 * tj:
         return a * t * (t - 2.0 * tj) / 4.0
     return j * t * t * t / 32.0
-
-
-def shortest(d: float, v: float, a: float, j: float) -> float:
-    """f, eq. (36) corrected, for d >= 0 and an acceleration already capped by (23)."""
-    tj = a / j
-    t_up = tj + v / a
-    if d >= v * t_up:
-        return t_up + d / v
-    if d >= 2.0 * a * tj * tj:
-        return tj + sqrt(tj * tj + 4.0 * d / a)
-    return 4.0 * cbrt(d / (2.0 * j))
-
-
-def optimal_shape(t: float, d: float, v: float, a: float, j: float) -> Shape:
-    """F, eqs. (21), (29) and (32), for d >= 0, a capped by (23) and t = shortest(d, v, a, j)."""
-    tj = a / j
-    if d >= v * (tj + v / a):
-        ta = v / a - tj
-        if ta < 0.0:  # by rounding, when (23) binds
-            ta = 0.0
-        tv = t - 2.0 * ta - 4.0 * tj
-        return tj, ta, tv if tv > 0.0 else 0.0, j
-    excess = d / a - 2.0 * tj * tj
-    if excess >= 0.0:
-        return tj, 2.0 * excess / (sqrt(tj * tj + 4.0 * d / a) + 3.0 * tj), 0.0, j
-    return t / 4.0, 0.0, 0.0, j

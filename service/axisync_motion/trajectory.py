@@ -13,7 +13,7 @@ import numpy as np
 from numpy import add, multiply
 from numpy.typing import ArrayLike, NDArray
 
-from .s_curve import Array
+from .closed_forms import Array
 
 DERIVATIVES = 4  # position and the first three derivatives
 

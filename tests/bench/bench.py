@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import planner
 from daemon import Daemon
 from percentiles import Distribution
 from phases import Arms, Call, acquire
@@ -20,7 +21,7 @@ from axisync_client import Client
 from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
 
-BENCHES = ("lateness", "stages", "requests", "stops", "processes")
+BENCHES = ("planner", "lateness", "stages", "requests", "stops", "processes")
 SWINGING = frozenset({"lateness", "stages", "processes"})
 """Benches that need the arms to move for a while."""
 GROUP = "both"
@@ -57,6 +58,10 @@ class Bench:
         Raises:
             DaemonError, AxisyncError, RuntimeError, LookupError, ValueError: it cannot, and why.
         """
+        if "planner" in self._wanted:
+            planner.measure(self._report)
+        if self._wanted == {"planner"}:
+            return
         with Daemon(directory) as daemon:
             self._report.say("starting the service")
             daemon.wait_ready()

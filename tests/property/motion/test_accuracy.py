@@ -125,6 +125,7 @@ def test_inverse_maps_where_roots_cancel(name: str, pulse: str) -> None:
     check(each(cases, MAPS[name], t, pulse=pulse), cases, t, pulse)
 
 
+@pytest.mark.usefixtures("each_backend")
 @pytest.mark.parametrize("minimise", ["velocity", "acceleration", "jerk"])
 def test_batch_where_roots_cancel(minimise: str) -> None:
     """The same on arrays: one axis, its limits those of every case, so one batch a case."""

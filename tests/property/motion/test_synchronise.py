@@ -23,6 +23,8 @@ distances = st.one_of(
     st.tuples(st.sampled_from([-1.0, 1.0]), log_uniform(-20, 12)).map(math.prod),
     st.sampled_from([1.0, -1.0, 5e-17, 2.0**-52]),
 )
+
+pytestmark = pytest.mark.usefixtures("each_backend")
 axes = st.lists(st.tuples(distances, limits), min_size=1, max_size=8)
 minimises = st.sampled_from(["velocity", "acceleration", "jerk"])
 pulses = st.sampled_from(["constant", "parabolic"])

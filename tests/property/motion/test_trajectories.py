@@ -16,7 +16,7 @@ from axisync_motion import (
     stop_table,
     synchronise,
 )
-from axisync_motion.path_bounds import PathBounds
+from axisync_motion.path_bounds import PathBounds, cell_bounds
 
 short = settings(derandomize=True, deadline=None, max_examples=100)
 EPS = float(np.finfo(np.float64).eps)
@@ -108,6 +108,7 @@ def test_concatenation_keeps_both(one: dict, other: dict, rest: float) -> None:
     assert (np.abs(late - second.sample(shares * second.duration)[0]) <= allowed).all()
 
 
+@pytest.mark.usefixtures("each_backend")
 @short
 @given(moves(max_axes=4), st.integers(1, 60), st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1.5)), min_size=5))
 def test_bounds_bound(move: dict, cells: int, windows: list[tuple[float, float]]) -> None:
@@ -117,7 +118,7 @@ def test_bounds_bound(move: dict, cells: int, windows: list[tuple[float, float]]
         return
     low = np.array([min(w) for w in windows]) * path.duration
     high = np.array([max(w) for w in windows]) * path.duration
-    bounds = PathBounds(path, cells).over(low, high)
+    bounds = PathBounds(cell_bounds(path, cells), path.duration / cells).over(low, high)
     scale = np.array(move["limits"]) * (1 + 1e-6)
     n = path.start.size
     for i, (one, other) in enumerate(zip(low, high, strict=True)):
@@ -127,6 +128,7 @@ def test_bounds_bound(move: dict, cells: int, windows: list[tuple[float, float]]
     assert (bounds <= 2.0 * np.concatenate([scale, scale], axis=1)[:, np.newaxis]).all()
 
 
+@pytest.mark.usefixtures("each_backend")
 @settings(short, max_examples=60)
 @given(
     moves(decades=1.5, max_axes=6),

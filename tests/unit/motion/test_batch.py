@@ -5,6 +5,8 @@ import pytest
 
 from axisync_motion import InfeasibleDuration, InvalidLimits, synchronise, synchronise_batch
 
+pytestmark = pytest.mark.usefixtures("each_backend")
+
 V, A, J = np.array([30.0, 2.0, 5.0]), np.array([40.0, 900.0, 3.0]), np.array([80.0, 70.0, 1e3])
 MINIMISE = ["velocity", "acceleration", "jerk"]
 
@@ -61,6 +63,22 @@ def test_more_moves_than_one_chunk() -> None:
 def test_one_duration_for_all() -> None:
     d = distances(10)[:5] % 1.0
     assert (synchronise_batch(d, V, A, J, duration=50.0)[2] == 50.0).all()
+
+
+def test_arrays_of_any_layout() -> None:
+    """Read-only, strided and transposed arrays, and no arrays at all."""
+    d = distances(9)
+    frozen = np.asfortranarray(d)
+    frozen.flags.writeable = False
+    wanted = np.linspace(3e4, 4e4, 18)[::2]
+    limits = np.repeat(np.array([V, A, J]), 2, axis=1)[:, ::2]
+    plain = synchronise_batch(d, V, A, J, duration=wanted.copy())
+    for other in (
+        synchronise_batch(frozen, *limits, duration=wanted),
+        synchronise_batch(d.tolist(), V.tolist(), A.tolist(), J.tolist(), duration=wanted.tolist()),
+    ):
+        assert all((one == two).all() for one, two in zip(plain, other, strict=True))
+    assert (limits == [V, A, J]).all()
 
 
 def test_no_moves() -> None:

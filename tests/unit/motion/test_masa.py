@@ -8,6 +8,8 @@ import pytest
 
 from axisync_motion import InfeasibleDuration, InvalidLimits, lowest_jerk, synchronise, time_optimal
 
+pytestmark = pytest.mark.usefixtures("each_backend")
+
 START = np.array([0.0, -150.0, 60.0, -45.0, -45.0, 45.0])
 TARGET = np.array([100.0, -90.0, -60.0, -120.0, 45.0, 45.0])
 DISTANCES = TARGET - START
@@ -140,6 +142,16 @@ def test_invalid_duration(bad: float) -> None:
         synchronise([1.0], [1.0], [1.0], [1.0], duration=bad)
     with pytest.raises(InvalidLimits, match="duration = "):
         lowest_jerk(bad, 1.0, 1.0, 1.0, 1.0)
+
+
+def test_vectors_of_any_kind() -> None:
+    """Lists of floats are fastest; whatever else holds numbers gives the same."""
+    plain = synchronise(DISTANCES.tolist(), V.tolist(), A.tolist(), J.tolist())
+    for kind in (tuple, np.array, lambda x: [int(y) for y in x], lambda x: list(map(np.float64, x))):
+        other = synchronise(*(kind(x.tolist()) for x in (DISTANCES, V, A, J)))
+        assert (other.T == plain.T).all()
+        assert (other.U == plain.U).all()
+        assert (other.distances == DISTANCES).all()
 
 
 def test_wrong_shapes() -> None:

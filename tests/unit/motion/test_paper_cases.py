@@ -18,6 +18,8 @@ from axisync_motion import (
     time_optimal,
 )
 
+pytestmark = pytest.mark.usefixtures("each_backend")
+
 LIMITS = (20.0, 20.0, 30.0)
 CASES = {case["name"]: case for case in json.loads(Path(__file__).with_name("paper_cases.json").read_text())["cases"]}
 MAPS = {"f_V^-1": lowest_velocity, "f_A^-1": lowest_acceleration, "f_J^-1": lowest_jerk}

@@ -1,0 +1,60 @@
+"""closed_forms.py and stop_loops.py, compiled by numba. Imported by backends.py only, when it is chosen.
+
+With explicit signatures all is compiled, or read from numba's cache, on import and nothing later. Without fastmath no
+operation is reordered or contracted: results are those of the same functions run by Python. Raises what numba raises.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numba import boolean, float64, int64, njit, void
+from numba.core import config
+from numba.extending import overload, register_jitable
+
+from . import closed_forms, stop_loops
+from .backends import Kernels
+
+VECTOR, MATRIX, BLOCK = float64[::1], float64[:, ::1], float64[:, :, ::1]
+
+CALLED = (
+    closed_forms.capped_acceleration,
+    closed_forms.shortest,
+    closed_forms.optimal_shape,
+    closed_forms.peak_velocity,
+    closed_forms.velocity_shape,
+    closed_forms.acceleration_shape,
+    closed_forms.jerk_shape,
+    closed_forms.shape,
+    closed_forms.signed_peak,
+    closed_forms.prepare,
+    closed_forms.plan_batch,
+    stop_loops.shift,
+    stop_loops.differentiate,
+    stop_loops.hull,
+    stop_loops.doubled_windows,
+    stop_loops.over,
+    stop_loops.guess,
+    stop_loops.load,
+)
+"""What the compiled functions call."""
+
+
+def _compile(function: Callable[..., Any], signature: object) -> Callable[..., Any]:
+    compiled: Callable[..., Any] = njit([signature], cache=True, error_model="numpy")(function)
+    return compiled
+
+
+if config.DISABLE_JIT:
+    raise RuntimeError("NUMBA_DISABLE_JIT is set")
+overload(math.cbrt)(lambda x: lambda x: np.cbrt(x))  # either is the C library's, and numba knows but one
+for _function in CALLED:
+    register_jitable(_function)
+
+KERNELS = Kernels(
+    _compile(closed_forms.plan_move, float64(MATRIX, int64, float64, boolean, MATRIX, MATRIX)),
+    _compile(closed_forms.plan_batch, boolean(MATRIX, MATRIX, int64, VECTOR, boolean, BLOCK, BLOCK, VECTOR, VECTOR)),
+    _compile(stop_loops.cell_bounds, void(VECTOR, BLOCK, VECTOR, MATRIX, MATRIX)),
+    _compile(stop_loops.stop_durations, void(MATRIX, float64, VECTOR, VECTOR, VECTOR, BLOCK, VECTOR)),
+)
