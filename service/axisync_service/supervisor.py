@@ -26,7 +26,10 @@ from axisync_service.process import EXIT_CONFIGURATION
 
 POLL_S = 0.05
 STOP_S = 5.0
-READY_S = 15.0
+DRIVES_READY_S = 15.0
+"""How long absent drives are waited for: the service is of use without them."""
+PROCESSES_READY_S = 90.0
+"""A planner that compiles itself for the first time takes a while."""
 WATCHDOG_NS = 2_000_000_000
 """The cycle feeds it every tick; a hanging controller is killed, and the drives stop by themselves."""
 _SIGNS_OF_LIFE = {"front": Word.FRONT_READY, "planner": Word.PLANNER_NS, "recorder": Word.RECORDER_STATE}
@@ -93,18 +96,19 @@ class Supervisor:
         self._asked_to_stop = True
 
     def _loop(self, wake: socket.socket) -> None:
-        deadline: float | None = time.monotonic() + READY_S
+        started, told = time.monotonic(), False
         while not (self._asked_to_stop or self._failed):
             select.select([wake], [], [], POLL_S)
             with contextlib.suppress(BlockingIOError):
                 wake.recv(1024)
             self.control[Word.SUPERVISOR_NS] = time.monotonic_ns()
             self._watch()
-            if deadline is not None:
-                waiting = self._waiting_for()
-                if not waiting or time.monotonic() > deadline:
-                    deadline = None
-                    self.on_ready(waiting)
+            if not told:
+                processes, drives = self._waiting_for()
+                patience = PROCESSES_READY_S if processes else DRIVES_READY_S
+                if not (processes or drives) or time.monotonic() - started > patience:
+                    told = True
+                    self.on_ready(processes + drives)
             self.each_poll()
 
     # --- watching -----------------------------------------------------------------------------------------------
@@ -149,18 +153,19 @@ class Supervisor:
         with contextlib.suppress(OSError):
             self._here.log["supervisor"][0].send(entry.model_dump_json().encode())
 
-    def _waiting_for(self) -> list[str]:
-        """What is still missing before moves can be accepted."""
-        missing = [name for name, word in _SIGNS_OF_LIFE.items() if not self.control[word]]
+    def _waiting_for(self) -> tuple[list[str], list[str]]:
+        """Processes, and drives, that are still missing before moves can be accepted."""
+        processes = [name for name, word in _SIGNS_OF_LIFE.items() if not self.control[word]]
         payload = self._status.read()
         if payload is None:
-            return [*missing, "controller"]
+            return [*processes, "controller"], []
         status = ControllerStatus.model_validate_json(payload)
+        missing = []
         for name, group in zip(self.cell.group_names, status.groups, strict=True):
             if not group.ready:
                 errors = [status.drives[axis].error for axis in self.cell.axis_indices(name)]
                 missing.append("; ".join(error for error in errors if error) or f"the drives of {name}")
-        return missing
+        return processes, missing
 
     # --- stopping -----------------------------------------------------------------------------------------------
 

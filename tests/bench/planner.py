@@ -39,11 +39,13 @@ def measure(report: Report, moves: int = 5_000, batch: int = 100_000, rounds: in
     backends = usable_backends()
     ruckig = _ruckig()
     report.say(f"planning with {' and '.join(backends)}, {'beside' if ruckig else 'without'} Ruckig")
+    if ruckig:
+        report.say("Ruckig: calculation and reading of its profiles; calculate: without reading them")
     if "numba" not in backends:
         report.say("numba cannot be used: install the extra `fast`")
     planners = dict.fromkeys(backends, _plan) | ({} if ruckig is None else _ruckigs(ruckig))
     singles = {name: Distribution.of(times) for name, times in single_moves(planners, moves).items()}
-    title = f"One {AXES}-axis move, floats in, T and U out (calculate: Ruckig's profiles not read)"
+    title = f"One {AXES}-axis move, floats in, T and U out"
     report.distributions("planner moves", title, "us", singles, (50, 99), _ratios(singles))
     rates = {name: Distribution.of(values) for name, values in batches(backends, ruckig, batch, rounds).items()}
     title = f"{batch:,} {AXES}-axis moves at once"

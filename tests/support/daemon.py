@@ -15,7 +15,7 @@ from pathlib import Path
 from axisync_schemas.cell import override, read_cell
 from axisync_service.demo import PATIENT, Emulators
 
-READY_S = 60.0
+READY_S = 100.0
 STOP_S = 20.0
 CHILDREN = {
     "front": "axisync_service.front",
