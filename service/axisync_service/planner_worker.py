@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from pydantic import ValidationError
 
+from axisync_motion import backend
 from axisync_schemas.cell import Cell
 from axisync_schemas.commands import JointMove
 from axisync_schemas.enumerations import Phase
@@ -106,6 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     context = start("planner", arguments)
     worker = make_worker(context)
     warm_up(context.cell)
+    log.info("backend=%s", backend())
     gc.collect()
     gc.freeze()
     try:
