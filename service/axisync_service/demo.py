@@ -146,14 +146,15 @@ class Program:
 
 def next_steps(cell: Cell, endpoint: str, log_dir: Path) -> str:
     """What to try after the program."""
-    target = joint_argument(tuple(round(math.degrees(axis.drive.start)) + 20 for axis in cell.axes[6:12]))
+    group = cell.groups[-1]
+    target = joint_argument(tuple(round(math.degrees(axis.drive.start)) + 20 for axis in group.axes))
     option = "" if endpoint.endswith(":7447") else f" --endpoint {endpoint}"
     logs = sorted(log_dir.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
     return "\n".join(
         (
             "The arms stand, enabled. In another terminal:",
             f"  .venv/bin/axisync{option} state",
-            f"  .venv/bin/axisync{option} move wukong --joint {target}",
+            f"  .venv/bin/axisync{option} move {group.name} --joint {target}",
             f"  .venv/bin/axisync{option} stop",
             f"Every setpoint is in {logs[-1] if logs else log_dir}",
             "Ctrl-C stops the arms, disables the drives and ends the service.",

@@ -13,6 +13,8 @@ from axisync_service.motion_controller.clock import TimeSource
 Frame = tuple[int, bytes]
 """11-bit identifier and data."""
 
+FRAME_BITS = 47
+"""Of a frame with an 11-bit identifier, without its data and stuffing: 44, and 3 between frames."""
 _CAN_FRAME = struct.Struct("=IB3x8s")
 _FLAGS = 0xE0000000
 """Extended, remote and error frames: none of them is ours."""
@@ -26,6 +28,7 @@ class BusPort(ABC):
     """One open bus.
 
     Attributes:
+        bits: of all frames sent and received, without stuffing.
         sent, received, lost: frames; lost ones found the transmit queue full, or the bus down.
         failure: why the last frame could not be sent; None while the bus works.
         time_source: the bus's own time in lock-step, else None.
@@ -35,7 +38,7 @@ class BusPort(ABC):
 
     def __init__(self, bus: Bus) -> None:
         self.bus = bus
-        self.sent = self.received = self.lost = 0
+        self.sent = self.received = self.lost = self.bits = 0
         self.failure: str | None = None
 
     def send(self, can_id: int, data: bytes) -> None:
@@ -47,7 +50,12 @@ class BusPort(ABC):
             self.failure = str(error)
             return
         self.sent += 1
+        self.bits += FRAME_BITS + 8 * len(data)
         self.failure = None
+
+    def _count(self, frames: list[Frame]) -> None:
+        self.received += len(frames)
+        self.bits += FRAME_BITS * len(frames) + 8 * sum(len(data) for _, data in frames)
 
     @abstractmethod
     def _send(self, can_id: int, data: bytes) -> None: ...
@@ -86,7 +94,7 @@ class SocketCanPort(BusPort):
             pass
         except OSError as error:
             self.failure = str(error)
-        self.received += len(frames)
+        self._count(frames)
         return frames
 
     def close(self) -> None:
@@ -113,7 +121,7 @@ class SimCanPort(BusPort):
         except (OSError, can.CanError) as error:
             self.failure = str(error)
             return []
-        self.received += len(frames)
+        self._count(frames)
         return frames
 
     def close(self) -> None:

@@ -62,7 +62,7 @@ class Cycle:
         self._sdo_turn = [0] * len(ports)
         self._skipped_ticks = 0
         self._skips = SkipReport(self._garbage_ticks)
-        self._bits = [0] * len(ports)
+        self._bits_before = [0] * len(ports)
         self._loads = [0.0] * len(ports)
         self._front = False
         self.phase = Phase.RUNNING
@@ -123,14 +123,11 @@ class Cycle:
     # --- read ---------------------------------------------------------------------------------------------------
 
     def _read(self, now_ns: int) -> None:
-        for position, (port, table) in enumerate(zip(self.ports, self._tables, strict=True)):
-            bits = 0
+        for port, table in zip(self.ports, self._tables, strict=True):
             for can_id, data in port.drain():
-                bits += 47 + 8 * len(data)
                 handler = table.get(can_id)
                 if handler is not None:
                     handler(data, now_ns)
-            self._bits[position] += bits
 
     def _inputs(self, tick: Tick) -> Inputs:
         control, groups = self.control, range(len(self.core.groups))
@@ -206,13 +203,11 @@ class Cycle:
             self._measure_loads()
 
     def _measure_loads(self) -> None:
-        """Share of a second's bits: frames heard and sent, without stuffing."""
-        ticks = self._garbage_ticks
+        """Share of a second's bits in frames heard and sent, without stuffing."""
+        seconds = self._garbage_ticks * self.cell.period
         for position, port in enumerate(self.ports):
-            drives = len(self._drives_of_bus[position])
-            sent = ticks * (55 + 95 * drives)
-            self._loads[position] = (self._bits[position] + sent) / (port.bus.bitrate * ticks * self.cell.period)
-            self._bits[position] = 0
+            self._loads[position] = (port.bits - self._bits_before[position]) / (port.bus.bitrate * seconds)
+            self._bits_before[position] = port.bits
 
     # --- end ----------------------------------------------------------------------------------------------------
 
