@@ -37,7 +37,7 @@ lint: $(DEV) $(EDITABLE)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy deploy/uml/*.py deploy/locks/*.py
-	$(BIN)/mypy docs/*.py
+	MYPYPATH=tests:tests/bench $(BIN)/mypy docs/*.py
 	MYPYPATH=tests:tests/bench $(BIN)/mypy --explicit-package-bases tests/bench tests/vcan
 	$(BIN)/lint-imports
 	$(BIN)/python deploy/locks/write.py --check
@@ -54,6 +54,7 @@ schemas: $(DEV) $(EDITABLE)
 
 figures: $(DEV) $(EDITABLE)
 	$(BIN)/python docs/draw_figures.py
+	$(BIN)/python docs/draw_arms.py
 
 locks: $(DEV)
 	$(BIN)/python deploy/locks/write.py

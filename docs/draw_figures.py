@@ -93,7 +93,7 @@ TABLES: dict[str, Callable[[], str]] = {
 
 def marks(name: str) -> tuple[str, str]:
     """What stands around a table in the page."""
-    return f"<!-- {name}: written by draw_figures.py -->\n", "\n<!-- end -->"
+    return f"<!-- {name}: written by make figures -->\n", "\n<!-- end -->"
 
 
 def table_in(page: str, name: str) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from axisync_cli.scalars import Scalar, units
 from axisync_schemas.replies import MoveReply
 
 Array = NDArray[np.float64]
@@ -19,9 +20,9 @@ PULSES = {"constant": Polynomial([1.0]), "parabolic": Polynomial([0.0, 4.0, -4.0
 
 
 class Curves(NamedTuple):
-    """Of each axis: its name, times [k], s, and values [4, k]: position, velocity, acceleration, jerk.
+    """Of each row: its name, times [k], s, and values [4, k]: position, velocity, acceleration, jerk.
 
-    `unit` is that of the positions; the others are per s, s^2 and s^3.
+    `unit` is that of the positions, or several with commas; the others are per s, s^2 and s^3.
     """
 
     names: tuple[str, ...]
@@ -35,15 +36,15 @@ class Curves(NamedTuple):
         return max((float(times[-1]) for times in self.times), default=0.0)
 
 
-def curves(reply: MoveReply, start: Sequence[float], pulse: PulseName) -> Curves:
-    """Of every axis of a plan that begins at `start` (rad), in degrees."""
+def curves(reply: MoveReply, scalars: tuple[Scalar, ...], pulse: PulseName) -> Curves:
+    """Of every row of a plan, in the unit that it is shown in."""
     times, values = [], []
-    for position, series, jerks in zip(start, reply.T, reply.U, strict=True):
+    for scalar, series, jerks in zip(scalars, reply.T, reply.U, strict=True):
         at, states = sampled(series, jerks, pulse)
-        states[0] += position
+        states[0] += scalar.start
         times.append(at)
-        values.append(np.degrees(states))
-    return Curves(reply.scalars, tuple(times), tuple(values), "deg")
+        values.append(states * scalar.shown(1.0))
+    return Curves(tuple(scalar.label for scalar in scalars), tuple(times), tuple(values), ", ".join(units(scalars)))
 
 
 def sampled(series: Sequence[float], jerks: Sequence[float], pulse: PulseName) -> tuple[Array, Array]:

@@ -45,6 +45,11 @@ def require() -> None:
         raise PlotFailed("a picture needs matplotlib, which is not installed", fix)
 
 
+def refuse_steps() -> None:
+    """Raises PlotFailed for a sequence: its plan has durations, not curves."""
+    raise PlotFailed("a program of several steps has no curves in its plan", "draw its steps one by one")
+
+
 def save(curves: Curves, path: Path) -> None:
     """Writes the picture, on white, in the format that the ending of `path` names.
 
@@ -72,7 +77,7 @@ def draw(curves: Curves, size: tuple[float, float] = (8.0, 5.0)) -> "Figure":
         panels = figure.subplots(2, 2, sharex=True)
         figure.subplots_adjust(0.52 / size[0], bottom, 1 - 0.12 / size[0], 1 - 0.24 / height, 0.2, 0.26)
         for order, (panel, (name, per)) in enumerate(zip(panels.flat, PANELS, strict=True)):
-            panel.set_title(f"{name}, {curves.unit}{per}")
+            panel.set_title(", ".join([name, *(f"{unit}{per}" for unit in curves.unit.split(", "))]))
             _lines(panel, curves, order, name)
         for panel in panels[1]:
             panel.set_xlabel("time, s", labelpad=2.0)

@@ -1,4 +1,4 @@
-"""Values as people type them: `-90,60,-45,0,0,0deg`, `50%`, `8s`, `move.svg`. Pure; errors are ValueErrors in words."""
+"""Values as people type them: `-90,60,-45,0,0,0deg`, `300,0,120mm`, `50%`. Pure; errors are ValueErrors in words."""
 
 import math
 import re
@@ -6,6 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 
 ANGLES = {"deg": math.pi / 180.0, "rad": 1.0}
+LENGTHS = {"mm": 1e-3, "m": 1.0}
 DURATIONS = {"s": 1.0, "ms": 1e-3}
 PICTURES = (".svg", ".png")
 
@@ -25,6 +26,21 @@ class Pulse(StrEnum):
     PARABOLIC = "parabolic"
 
 
+class Frame(StrEnum):
+    """Choices of --frame, as in `axisync_schemas.moves`."""
+
+    BASE = "base"
+    BODY = "body"
+    TOOL = "tool"
+
+
+class Orientation(StrEnum):
+    """Choices of --orientation, as in `LinearMove.orientation`."""
+
+    ROTATION_VECTOR = "rotation_vector"
+    EULER_ZYZ = "euler_zyz"
+
+
 _QUANTITY = re.compile(r"^(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>[^\d\s].*)?$")
 
 
@@ -36,16 +52,38 @@ def joint_target(text: str) -> tuple[float, ...]:
     Raises:
         ValueError: says which value is wrong and how to write it.
     """
-    values = [_split(part, ANGLES) for part in text.split(",")]
-    units = [unit for _, unit in values]
-    if all(unit is None for unit in units[:-1]):
-        units = [units[-1] or "rad"] * len(units)
-    if None in units:
-        raise ValueError(
-            f"{text!r}: some values have a unit and some have none; write one unit at the end for all (0,90,0deg) "
-            "or one at each (0rad,90deg,0rad)"
-        )
-    return tuple(_scaled(number, ANGLES[unit or "rad"]) for (number, _), unit in zip(values, units, strict=True))
+    return _list(text, ANGLES, "rad")
+
+
+def point(text: str) -> tuple[float, ...]:
+    """`300,0,120mm`: x, y, z in m; without a unit they are metres."""
+    return _counted(text, _list(text, LENGTHS, "m"), "x, y and z")
+
+
+def euler(text: str) -> tuple[float, ...]:
+    """`0,90,0deg`: intrinsic ZYZ angles in rad."""
+    return _counted(text, _list(text, ANGLES, "rad"), "three angles")
+
+
+def quaternion(text: str) -> tuple[float, ...]:
+    """`0,0,0,1`: x, y, z, w."""
+    return _counted(text, _list(text, {}, ""), "x, y, z and w", 4)
+
+
+def linear_limits(text: str) -> tuple[float, ...]:
+    """`150,200,300mm`: velocity, acceleration and jerk in m/s, m/s^2, m/s^3."""
+    return _counted(text, _list(text, LENGTHS, "m"), "velocity, acceleration and jerk")
+
+
+def angular_limits(text: str) -> tuple[float, ...]:
+    """`30,40,80deg`: velocity, acceleration and jerk in rad/s, rad/s^2, rad/s^3."""
+    return _counted(text, _list(text, ANGLES, "rad"), "velocity, acceleration and jerk")
+
+
+def member_and_point(text: str) -> tuple[str | None, tuple[float, ...]]:
+    """`300,0,120mm`, or `kingkong=300,0,120mm` for one group of a compound."""
+    name, equals, rest = text.rpartition("=")
+    return (name.strip() if equals else None), point(rest)
 
 
 def speed_scale(text: str) -> float:
@@ -83,6 +121,25 @@ def _split(text: str, units: dict[str, float]) -> tuple[float, str | None]:
     if unit is not None and unit not in units:
         raise ValueError(f"{text.strip()!r}: the unit {unit!r} is none of {', '.join(units) or 'those allowed (none)'}")
     return float(match["number"]), unit
+
+
+def _list(text: str, units: dict[str, float], default: str) -> tuple[float, ...]:
+    values = [_split(part, units) for part in text.split(",")]
+    names = [unit for _, unit in values]
+    if all(unit is None for unit in names[:-1]):
+        names = [names[-1] or default] * len(names)
+    if None in names:
+        raise ValueError(
+            f"{text!r}: some values have a unit and some have none; write one unit at the end for all (0,90,0deg) "
+            "or one at each (0rad,90deg,0rad)"
+        )
+    return tuple(_scaled(number, units.get(unit or "", 1.0)) for (number, _), unit in zip(values, names, strict=True))
+
+
+def _counted(text: str, values: tuple[float, ...], what: str, count: int = 3) -> tuple[float, ...]:
+    if len(values) != count:
+        raise ValueError(f"{text!r}: must be {count} values, {what}, not {len(values)}")
+    return values
 
 
 def _scaled(number: float, factor: float) -> float:

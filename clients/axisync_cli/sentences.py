@@ -35,7 +35,15 @@ def _about(error: AxisyncError, group: str | None) -> str | None:
 def of_acceptance(reply: MoveReply) -> str:
     """Printed when a move is accepted."""
     limited = f", limited by {reply.limiting}" if reply.limiting else ""
-    return f"move {reply.move_id}: {reply.group} takes {reply.duration_s:.3f} s{limited}"
+    steps = f" in {len(reply.steps)} steps" if reply.steps else ""
+    stretched = f" (stretched {reply.scale:.3g} times)" if reply.scale > 1.0 and reply.limiting else ""
+    return f"move {reply.move_id}: {reply.group} takes {reply.duration_s:.3f} s{steps}{limited}{stretched}"
+
+
+def of_progress(reply: MoveReply, progress: float) -> str:
+    """What the bar says: the group, and of a sequence the step that it is in."""
+    begun = [number for number, step in enumerate(reply.steps, 1) if step.begins_s <= progress * reply.duration_s]
+    return f"{reply.group} step {begun[-1]} of {len(reply.steps)}" if begun else reply.group
 
 
 def of_ending(report: MoveReport) -> str:

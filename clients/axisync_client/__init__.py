@@ -6,9 +6,11 @@
         arm.enable()
         arm.move_joint(deg(-90, 60, -45, 0, 0, 0)).result()
 
-Radians and metres throughout; `deg` makes radians of degrees. Whatever goes wrong is an `AxisyncError`.
+Radians and metres throughout; `deg` and `mm` make them of degrees and millimetres. `moves` describes every kind of
+move. Whatever goes wrong is an `AxisyncError`.
 """
 
+from axisync_client import moves
 from axisync_client.client import Client
 from axisync_client.errors import (
     AxisyncError,
@@ -26,20 +28,25 @@ from axisync_client.errors import (
 )
 from axisync_client.lease import Lease
 from axisync_client.move import Move
+from axisync_client.moves import pose
 from axisync_client.setpoints import Setpoints
 from axisync_client.streams import Stream
-from axisync_client.units import deg, to_deg
+from axisync_client.units import deg, mm, to_deg, to_mm
 from axisync_schemas.enumerations import GroupState, MoveStatus
 from axisync_schemas.errors import ErrorCode
+from axisync_schemas.moves import Circle, Lissajous, ToolPose
+from axisync_schemas.programs import Program
 
 __all__ = [
     "AxisyncError",
+    "Circle",
     "Client",
     "ErrorCode",
     "GroupState",
     "InvalidArgument",
     "Lease",
     "LeaseLost",
+    "Lissajous",
     "Move",
     "MoveFailed",
     "MoveHeld",
@@ -47,12 +54,18 @@ __all__ = [
     "MoveStatus",
     "MoveStopped",
     "MoveTimedOut",
+    "Program",
     "Refused",
     "Setpoints",
     "Stream",
     "TimedOut",
+    "ToolPose",
     "Unavailable",
     "UnexpectedReply",
     "deg",
+    "mm",
+    "moves",
+    "pose",
     "to_deg",
+    "to_mm",
 ]

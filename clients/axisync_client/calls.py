@@ -9,18 +9,16 @@ from typing import Generic, Literal, TypeVar
 
 from pydantic import ValidationError
 
-from axisync_client.errors import InvalidArgument, UnexpectedReply, explain
-from axisync_client.units import Floats, as_target
+from axisync_client.errors import InvalidArgument, UnexpectedReply
+from axisync_client.moves import AnyMove, build
 from axisync_schemas import keys
 from axisync_schemas.base import NAME_PATTERN, Strict
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import GroupRequest, JointMove, LeaseRequest, MoveRequest, Request, StopRequest
+from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, Request, StopRequest
 from axisync_schemas.replies import GroupReply, Info, LeaseReply, MoveReply, MoveReport, State
 
 R = TypeVar("R", bound=Strict)
 
-Minimise = Literal["acceleration", "velocity", "jerk"]
-Pulse = Literal["constant", "parabolic"]
 GroupVerb = Literal["enable", "disable", "reset"]
 
 DRIVES_TIMEOUT_S = 10.0
@@ -97,69 +95,37 @@ def move_report(move_id: str) -> Call[MoveReport]:
 def acquire(groups: tuple[str, ...], ttl_s: float, take: bool) -> Call[LeaseReply]:
     """A lease on free groups, or with `take` also on held ones."""
     action: Literal["acquire", "take"] = "take" if take else "acquire"
-    return Call("lease", LeaseReply, _request(LeaseRequest, action=action, groups=groups, ttl_s=ttl_s))
+    return Call("lease", LeaseReply, build(LeaseRequest, action=action, groups=groups, ttl_s=ttl_s))
 
 
 def renew(groups: tuple[str, ...], ttl_s: float, token: str, timeout_s: float) -> Call[LeaseReply]:
     """Keeps a lease."""
-    request = _request(LeaseRequest, action="renew", groups=groups, ttl_s=ttl_s, lease=token)
+    request = build(LeaseRequest, action="renew", groups=groups, ttl_s=ttl_s, lease=token)
     return Call("lease", LeaseReply, request, timeout_s)
 
 
 def release(groups: tuple[str, ...], token: str, timeout_s: float) -> Call[LeaseReply]:
     """Gives a lease back."""
-    request = _request(LeaseRequest, action="release", groups=groups, lease=token)
+    request = build(LeaseRequest, action="release", groups=groups, lease=token)
     return Call("lease", LeaseReply, request, timeout_s)
 
 
 def group_command(verb: GroupVerb, group: str, token: str) -> Call[GroupReply]:
     """enable, disable or reset."""
-    return Call(verb, GroupReply, _request(GroupRequest, group=group, lease=token), DRIVES_TIMEOUT_S, expires=True)
+    return Call(verb, GroupReply, build(GroupRequest, group=group, lease=token), DRIVES_TIMEOUT_S, expires=True)
 
 
 def stop(group: str) -> Call[GroupReply]:
     """A controlled stop; needs no lease and is never stale."""
-    return Call("stop", GroupReply, _request(StopRequest, group=group))
+    return Call("stop", GroupReply, build(StopRequest, group=group))
 
 
-@dataclass(frozen=True, slots=True)
-class JointOptions:
-    """How a joint move goes; see `axisync_schemas.commands.JointMove`."""
-
-    relative: bool = False
-    minimise: Minimise = "acceleration"
-    duration_s: float | None = None
-    pulse: Pulse = "constant"
-    speed_scale: float = 1.0
+def move(group: str, move: AnyMove, speed_scale: float, token: str) -> Call[MoveReply]:
+    """Plans, checks and starts a move; answered when it is accepted."""
+    request = build(MoveRequest, group=group, move=move, speed_scale=speed_scale, lease=token)
+    return Call("move", MoveReply, request, expires=True)
 
 
-def move_joint(group: str, target: Floats, options: JointOptions, token: str) -> Call[MoveReply]:
-    """Plans, checks and starts a joint move; answered when it is accepted."""
-    return Call("move", MoveReply, _move_request(group, target, options, token), expires=True)
-
-
-def plan_joint(group: str, target: Floats, options: JointOptions) -> Call[MoveReply]:
-    """What `move_joint` would do from the present setpoint."""
-    return Call("plan", MoveReply, _move_request(group, target, options, None))
-
-
-def _move_request(group: str, target: Floats, options: JointOptions, token: str | None) -> MoveRequest:
-    move = _request(
-        JointMove,
-        target=as_target(target),
-        relative=options.relative,
-        minimise=options.minimise,
-        duration_s=options.duration_s,
-        pulse=options.pulse,
-    )
-    return _request(MoveRequest, group=group, move=move, speed_scale=options.speed_scale, lease=token)
-
-
-_REQUEST = TypeVar("_REQUEST", bound=Strict)
-
-
-def _request(model: type[_REQUEST], **values: object) -> _REQUEST:
-    try:
-        return model.model_validate(values)
-    except ValidationError as error:
-        raise InvalidArgument(explain(error)) from None
+def plan(group: str, move: AnyMove, speed_scale: float) -> Call[MoveReply]:
+    """What `move` would do from the present setpoint."""
+    return Call("plan", MoveReply, build(MoveRequest, group=group, move=move, speed_scale=speed_scale))

@@ -5,30 +5,36 @@ import logging
 import os
 import time
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from threading import Lock
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, Self, TypeVar, Unpack
 
-from axisync_client import calls, discovery
-from axisync_client.calls import Call, JointOptions, Minimise, Pulse
+from axisync_client import calls, discovery, moves
+from axisync_client.calls import Call
 from axisync_client.clock import DaemonClock
 from axisync_client.errors import AxisyncError, InvalidArgument, Refused, Unavailable
 from axisync_client.lease import Lease, OnLost
 from axisync_client.link import Link
+from axisync_client.moves import AnyMove, JointOptions, LinearOptions, PathOptions, Place
+from axisync_client.program import load
 from axisync_client.setpoints import Setpoints, decoder
 from axisync_client.settings import resolve
 from axisync_client.streams import Stream
-from axisync_client.units import Floats
 from axisync_schemas import keys, topics
 from axisync_schemas.base import Strict
 from axisync_schemas.cell import Cell
+from axisync_schemas.moves import Curve, Dwell, SingleMove
+from axisync_schemas.programs import Program
 from axisync_schemas.replies import Event, GroupReply, Info, MoveReply, MoveReport, State
 
 R = TypeVar("R", bound=Strict)
 T = TypeVar("T")
 STREAM_SILENCE_S = 3.0
 """A periodic stream that is silent for so long has lost its daemon."""
+
+RETRY_S = 0.2
 
 _log = logging.getLogger(__name__)
 
@@ -63,8 +69,8 @@ class Client:
         self._link = Link(self.endpoint)
         _open_clients.add(self)
         try:
-            self.cell = settings.cell or self._discover()
-            self._greet()
+            self.cell = settings.cell or self._patiently(self._discover)
+            self._patiently(self._greet)
         except BaseException:
             self.close()
             raise
@@ -93,20 +99,51 @@ class Client:
         """Stops a group, a compound or all on their paths, jerk-limited. Needs no lease; answered when it has begun."""
         return self._ask(calls.stop(group), urgent=True)
 
+    def plan(self, group: str, move: AnyMove, speed_scale: float = 1.0) -> MoveReply:
+        """What `Lease.move` would do from the present setpoint; nothing moves.
+
+        Raises:
+            Refused: as `Lease.move`.
+        """
+        return self._ask(calls.plan(group, move, speed_scale))
+
     def plan_joint(
+        self, group: str, target: Place, *, speed_scale: float = 1.0, **options: Unpack[JointOptions]
+    ) -> MoveReply:
+        """What `Lease.move_joint` would do."""
+        return self.plan(group, moves.joint(target, **options), speed_scale)
+
+    def plan_linear(
         self,
         group: str,
-        target: Floats,
+        target: Place | Mapping[str, Place],
         *,
-        relative: bool = False,
-        minimise: Minimise = "acceleration",
-        duration_s: float | None = None,
-        pulse: Pulse = "constant",
         speed_scale: float = 1.0,
+        **options: Unpack[LinearOptions],
     ) -> MoveReply:
-        """What `Lease.move_joint` would do from the present setpoint; nothing moves."""
-        options = JointOptions(relative, minimise, duration_s, pulse, speed_scale)
-        return self._ask(calls.plan_joint(group, target, options))
+        """What `Lease.move_linear` would do."""
+        return self.plan(group, moves.linear(target, **options), speed_scale)
+
+    def plan_circular(
+        self, group: str, via: Place, target: Place, *, speed_scale: float = 1.0, **options: Unpack[PathOptions]
+    ) -> MoveReply:
+        """What `Lease.move_circular` would do."""
+        return self.plan(group, moves.circular(via, target, **options), speed_scale)
+
+    def plan_path(
+        self, group: str, curve: Curve, *, speed_scale: float = 1.0, **options: Unpack[PathOptions]
+    ) -> MoveReply:
+        """What `Lease.move_path` would do."""
+        return self.plan(group, moves.path(curve, **options), speed_scale)
+
+    def plan_sequence(self, group: str, steps: Sequence[SingleMove | Dwell], *, speed_scale: float = 1.0) -> MoveReply:
+        """What `Lease.move_sequence` would do."""
+        return self.plan(group, moves.sequence(steps), speed_scale)
+
+    def plan_program(self, program: Program | str | Path, *, speed_scale: float = 1.0) -> MoveReply:
+        """What `Lease.run_program` would do."""
+        loaded = load(program)
+        return self.plan(loaded.group, loaded.move, loaded.speed_scale * speed_scale)
 
     # The right to move.
 
@@ -199,6 +236,17 @@ class Client:
     def _forget(self, lease: Lease) -> None:
         with self._lock:
             self._leases = [other for other in self._leases if other is not lease]
+
+    def _patiently(self, ask: Callable[[], T]) -> T:
+        """A daemon that has just started listens a moment before it answers."""
+        until_s = time.monotonic() + self.timeout_s
+        while True:
+            try:
+                return ask()
+            except Unavailable:
+                if time.monotonic() + RETRY_S > until_s:
+                    raise
+                time.sleep(RETRY_S)
 
     def _discover(self) -> str:
         answers = self._link.query_all(keys.topic("*", calls.INFO.name), self.timeout_s)

@@ -1,10 +1,10 @@
 """What can go wrong, as exceptions. All are `AxisyncError`: `message` is one sentence, `fix` what to do about it."""
 
-from typing import Any
-
 from pydantic import ValidationError
 
+from axisync_client.fixes import fix_of
 from axisync_schemas.errors import ErrorBody, ErrorCode
+from axisync_schemas.moves import TAGS
 from axisync_schemas.replies import MoveReport
 
 
@@ -118,31 +118,12 @@ _ENDED_AS: dict[type[MoveNotDone], str] = {
 }
 
 
-def fix_of(details: dict[str, Any]) -> str | None:
-    """The fix that an error body's details carry, in words."""
-    fix, groups = details.get("fix"), details.get("groups")
-    if isinstance(fix, str):
-        return fix
-    if isinstance(groups, list):
-        return f"the groups are {', '.join(str(group) for group in groups)}"
-    values = fix if isinstance(fix, dict) else details
-    for key, words in _FIXES.items():
-        if isinstance(values.get(key), int | float):
-            return words.format(values[key])
-    return None
-
-
-_FIXES = {
-    "max_feasible_speed_scale": "the highest feasible speed_scale is {:.6g}",
-    "shortest_duration_s": "the shortest possible duration is {:.6g} s",
-}
-
-
 def explain(error: ValidationError) -> str:
     """All faults of a validation in one line, each with its path: `move.target[2]: Input should be ...`."""
-    return "; ".join(f"{_path(fault['loc'])}{fault['msg']}" for fault in error.errors())
+    return "; ".join(f"{_path(fault['loc'])}{fault['msg'].removeprefix('Value error, ')}" for fault in error.errors())
 
 
 def _path(location: tuple[int | str, ...]) -> str:
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
+    parts = (part for part in location if part not in TAGS)
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in parts).lstrip(".")
     return f"{text}: " if text else ""

@@ -2,19 +2,23 @@
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from threading import Lock
 from types import TracebackType
-from typing import TYPE_CHECKING, Self, TypeVar
+from typing import TYPE_CHECKING, Self, TypeVar, Unpack
 
-from axisync_client import calls
-from axisync_client.calls import Call, JointOptions, Minimise, Pulse
+from axisync_client import calls, moves
+from axisync_client.calls import Call
 from axisync_client.errors import AxisyncError, InvalidArgument, LeaseLost, Refused
 from axisync_client.move import Move
+from axisync_client.moves import AnyMove, JointOptions, LinearOptions, PathOptions, Place
+from axisync_client.program import load
 from axisync_client.renewal import Renewal
-from axisync_client.units import Floats
 from axisync_schemas.base import Strict
 from axisync_schemas.errors import ErrorCode
+from axisync_schemas.moves import Curve, Dwell, SingleMove
+from axisync_schemas.programs import Program
 from axisync_schemas.replies import GroupReply, LeaseReply
 
 if TYPE_CHECKING:
@@ -88,35 +92,77 @@ class Lease:
         """Acknowledges faults; the group is disabled afterwards."""
         return self._command(calls.group_command("reset", self._group(group), self.token))
 
-    def move_joint(
-        self,
-        target: Floats,
-        *,
-        group: str | None = None,
-        relative: bool = False,
-        minimise: Minimise = "acceleration",
-        duration_s: float | None = None,
-        pulse: Pulse = "constant",
-        speed_scale: float = 1.0,
-    ) -> Move:
-        """Starts a move in which all axes arrive at one time. Returns when it is accepted.
+    def move(self, move: AnyMove, *, group: str | None = None, speed_scale: float = 1.0) -> Move:
+        """Starts any move of `axisync_client.moves`. Returns when it is accepted.
 
         Args:
-            target: rad, one for each axis of the group; `deg(...)` makes radians of degrees.
             group: needed only where the lease is on several groups.
-            relative: to the setpoint in force.
-            minimise: which limit is lowered on axes that have time to spare.
-            duration_s: longer than the shortest possible.
-            pulse: "parabolic" has continuous jerk.
             speed_scale: s in (0, 1] means the limits V s, A s^2, J s^3.
 
         Raises:
             Refused: with code, values and, where there is one, a fix.
             LeaseLost: no longer ours.
         """
-        options = JointOptions(relative, minimise, duration_s, pulse, speed_scale)
-        call = calls.move_joint(self._group(group), target, options, self.token)
+        call = calls.move(self._group(group), move, speed_scale, self.token)
         return Move(self._client, self._command(call), self)
+
+    def move_joint(
+        self, target: Place, *, group: str | None = None, speed_scale: float = 1.0, **options: Unpack[JointOptions]
+    ) -> Move:
+        """Starts a move in which all axes arrive at one time: `move` of `moves.joint`.
+
+        Args:
+            target: rad, one for each axis of the group (`deg(...)` makes radians of degrees), or a `pose`.
+        """
+        return self.move(moves.joint(target, **options), group=group, speed_scale=speed_scale)
+
+    def move_linear(
+        self,
+        target: Place | Mapping[str, Place],
+        *,
+        group: str | None = None,
+        speed_scale: float = 1.0,
+        **options: Unpack[LinearOptions],
+    ) -> Move:
+        """Starts a straight line of the tool: `move` of `moves.linear`.
+
+        Args:
+            target: x, y, z in m or a `pose`; of a compound group a mapping, member to target.
+        """
+        return self.move(moves.linear(target, **options), group=group, speed_scale=speed_scale)
+
+    def move_circular(
+        self,
+        via: Place,
+        target: Place,
+        *,
+        group: str | None = None,
+        speed_scale: float = 1.0,
+        **options: Unpack[PathOptions],
+    ) -> Move:
+        """Starts an arc of the tool through `via` to `target`: `move` of `moves.circular`."""
+        return self.move(moves.circular(via, target, **options), group=group, speed_scale=speed_scale)
+
+    def move_path(
+        self, curve: Curve, *, group: str | None = None, speed_scale: float = 1.0, **options: Unpack[PathOptions]
+    ) -> Move:
+        """Starts a move along a `Circle` or a `Lissajous`: `move` of `moves.path`."""
+        return self.move(moves.path(curve, **options), group=group, speed_scale=speed_scale)
+
+    def move_sequence(
+        self, steps: Sequence[SingleMove | Dwell], *, group: str | None = None, speed_scale: float = 1.0
+    ) -> Move:
+        """Starts steps one after the other, admitted whole: `move` of `moves.sequence`."""
+        return self.move(moves.sequence(steps), group=group, speed_scale=speed_scale)
+
+    def run_program(self, program: Program | str | Path, *, speed_scale: float = 1.0) -> Move:
+        """Starts a program, or the program of a file, for the group that it names.
+
+        Args:
+            speed_scale: a share of the program's own.
+        """
+        loaded = load(program)
+        return self.move(loaded.move, group=loaded.group, speed_scale=loaded.speed_scale * speed_scale)
 
     def stop(self, group: str | None = None) -> GroupReply:
         """Stops the lease's groups, or one of them, on their paths. Works with a lost lease, too."""

@@ -23,7 +23,7 @@ POLL_S = (0.01, 0.25)
 
 
 class Move:
-    """Made by `Lease.move_joint`.
+    """Made by `Lease.move` and its kin.
 
     Attributes:
         reply: the plan: duration, segment times, limiting axis.

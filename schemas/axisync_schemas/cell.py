@@ -9,8 +9,11 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, PlainSerializer, ValidationError, model_validator
+from pydantic_core import ErrorDetails
 
 from axisync_schemas.base import Name, Strict
+from axisync_schemas.cell_text import FileMissing, with_defaults, with_files, with_texts
+from axisync_schemas.urdf import Urdf
 
 
 def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
@@ -99,7 +102,10 @@ class DenavitHartenberg(Strict):
 
 
 class Capsule(Strict):
-    """What is within `radius` of a segment (m), in the frame that turns with the axis: z along it, before d and a."""
+    """What is within `radius` of a segment (m), in the frame that turns with the axis.
+
+    With a DH row: z along the axis, before d and a. Of a URDF joint: the frame of its child link.
+    """
 
     start: tuple[float, float, float] = Field(alias="from_m")
     end: tuple[float, float, float] = Field(alias="to_m")
@@ -109,11 +115,14 @@ class Capsule(Strict):
 class Axis(Strict):
     """A logical coordinate with limits, moved by one drive.
 
-    `radius` wraps the link's DH offsets in capsules; `capsules` replaces these; with neither, the link has no shape.
+    `joint` is its name in the group's URDF file, where that differs. `radius` wraps the link's DH offsets in capsules
+    (of a URDF joint: the way to the next joint); `capsules` replaces these; with neither, the link has no shape but
+    what the URDF file gives it.
     """
 
     name: Name
     dh: DenavitHartenberg | None = None
+    joint: str | None = Field(min_length=1, default=None)
     radius: Positive | None = Field(alias="radius_m", default=None)
     capsules: tuple[Capsule, ...] = Field(max_length=8, default=())
     soft_limits: tuple[Degrees, Degrees] = Field(alias="soft_limits_deg")
@@ -148,12 +157,58 @@ class Pose(Strict):
     rpy: tuple[Degrees, Degrees, Degrees] = Field(alias="rpy_deg", default=(0.0, 0.0, 0.0))
 
 
+class LinearLimits(Strict):
+    """Along the tool's path: m/s, m/s^2, m/s^3."""
+
+    velocity: Positive = Field(alias="velocity_m_s")
+    acceleration: Positive = Field(alias="acceleration_m_s2")
+    jerk: Positive = Field(alias="jerk_m_s3")
+
+
+class PathSettings(Strict):
+    """How the tool of a group moves along paths where the request does not say.
+
+    `scale_max`: a path that would have to be stretched by more than this for its joints' limits is refused: it passes
+    too near a singularity.
+    """
+
+    linear_limits: LinearLimits = LinearLimits(velocity=0.25, acceleration=0.5, jerk=2.5)
+    angular_limits: Limits = Limits(velocity=30.0, acceleration=60.0, jerk=300.0)
+    scale_max: float = Field(ge=1.0, le=1000.0, default=20.0)
+
+
 class Group(Strict):
-    """Axes that move together under one path clock."""
+    """Axes that move together under one path clock. `tool`: the tool's frame in the flange's, the last link's frame."""
 
     name: Name
     base: Pose = Pose()
+    tool: Pose = Pose()
+    urdf: Urdf | None = None
+    path: PathSettings = PathSettings()
     axes: tuple[Axis, ...] = Field(min_length=1, max_length=64)
+
+    @model_validator(mode="after")
+    def _described_once(self) -> Self:
+        if self.urdf is None:
+            named = [axis.name for axis in self.axes if axis.joint is not None]
+            if named:
+                raise ValueError(f"axis {named[0]} names a joint, but the group has no urdf")
+            return self
+        rows = [axis.name for axis in self.axes if axis.dh is not None]
+        if rows:
+            raise ValueError(f"axis {rows[0]} has a dh row, but the group's chain comes from {self.urdf.file}")
+        self.urdf.check_joints({axis.name: joint for axis, joint in zip(self.axes, self.joint_names, strict=True)})
+        return self
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Of each axis in the URDF file."""
+        return tuple(axis.joint or axis.name for axis in self.axes)
+
+    @cached_property
+    def has_chain(self) -> bool:
+        """The file says where its links are."""
+        return self.urdf is not None or all(axis.dh is not None for axis in self.axes)
 
 
 class Box(Strict):
@@ -234,9 +289,9 @@ class Cell(Strict):
                 raise ValueError(f"geometry: the pair {pair[0]!r} with itself")
         for group in self.groups:
             shaped = [a.name for a in group.axes if a.radius is not None or a.capsules]
-            flat = [a.name for a in group.axes if a.dh is None]
-            if shaped and flat:
-                raise ValueError(f"axis {shaped[0]} has a shape, so {flat[0]} needs a dh row to place it")
+            if shaped and not group.has_chain:
+                flat = next(a.name for a in group.axes if a.dh is None)
+                raise ValueError(f"axis {shaped[0]} has a shape, so {flat} needs a dh row to place it")
         return self
 
     @cached_property
@@ -296,7 +351,7 @@ def _unique(what: str, names: list[str]) -> None:
 
 
 def parse_cell(text: str, source: str = "cell file") -> Cell:
-    """The checked cell.
+    """The checked cell; the text holds the files that it names (`with_files`).
 
     Raises:
         CellError: not TOML (with line and column), or a wrong, unknown or missing key (with its path).
@@ -308,10 +363,17 @@ def parse_cell(text: str, source: str = "cell file") -> Cell:
         raise CellError(f"{source}: {str(error).replace('(at end of document)', where)}") from None
     try:
         # Through JSON, so that TOML's arrays become tuples under strict types.
-        return Cell.model_validate_json(json.dumps(_with_defaults(data), default=str))
+        return Cell.model_validate_json(json.dumps(with_texts(with_defaults(data)), default=str))
     except ValidationError as error:
-        lines = [f"{source}: {_path(e['loc'])}: {e['msg'].removeprefix('Value error, ')}" for e in error.errors()]
+        lines = [f"{source}: {_path(e['loc'])}: {e['msg'].removeprefix('Value error, ')}" for e in _causes(error)]
         raise CellError("\n".join(lines)) from None
+
+
+def _causes(error: ValidationError) -> list[ErrorDetails]:
+    """Its faults without those that follow from others: a list whose only item is refused also counts as empty."""
+    faults = error.errors()
+    inside = {fault["loc"][:depth] for fault in faults for depth in range(len(fault["loc"]))}
+    return [fault for fault in faults if fault["type"] != "too_short" or fault["loc"] not in inside]
 
 
 def override(text: str, values: dict[str, float | int]) -> str:
@@ -324,43 +386,21 @@ def override(text: str, values: dict[str, float | int]) -> str:
     return "\n".join([*kept, *(f"{key} = {value}" for key, value in values.items()), "", *lines[first_table:], ""])
 
 
-def _with_defaults(data: dict[str, object]) -> dict[str, object]:
-    """Fills each group's `defaults` (limits, stop_limits, soft_limits_deg, drive...) into its axes; axes win."""
-    groups = data.get("groups")
-    if not isinstance(groups, list):
-        return data
-    return {**data, "groups": [_group_with_defaults(g) if isinstance(g, dict) else g for g in groups]}
-
-
-def _group_with_defaults(group: dict[str, object]) -> dict[str, object]:
-    defaults, axes = group.get("defaults"), group.get("axes")
-    rest = {key: value for key, value in group.items() if key != "defaults"}
-    if not isinstance(defaults, dict) or not isinstance(axes, list):
-        return group
-    return {**rest, "axes": [_merged(defaults, axis) if isinstance(axis, dict) else axis for axis in axes]}
-
-
-def _merged(low: dict[str, object], high: dict[str, object]) -> dict[str, object]:
-    result = dict(low)
-    for key, value in high.items():
-        below = result.get(key)
-        result[key] = _merged(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
-    return result
-
-
 def _path(loc: tuple[int | str, ...]) -> str:
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc).lstrip(".")
     return text or "the whole file"
 
 
 def read_cell(path: Path) -> tuple[Cell, str]:
-    """The checked cell and the file's text (for the log).
+    """The checked cell and the file's text, with the files that it names: complete, for the log and other processes.
 
     Raises:
         CellError: unreadable, or refused as by `parse_cell`.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = with_files(path.read_text(encoding="utf-8"), path.parent)
+    except FileMissing as error:
+        raise CellError(f"{path}: {error}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise CellError(f"{path}: cannot be read: {error}") from None
     return parse_cell(text, str(path)), text

@@ -1,14 +1,14 @@
 """Requests that clients send to `cmd/<user>/<verb>`. SI units: rad, m, s."""
 
-from typing import Annotated, Literal
+from typing import Literal
 from uuid import UUID, uuid4
 
 from pydantic import Field
 
 from axisync_schemas.base import Name, Strict
+from axisync_schemas.moves import Move
 
 MAX_REQUEST_BYTES = 64 * 1024
-MAX_AXES = 64
 
 
 class Request(Strict):
@@ -49,28 +49,6 @@ class StopRequest(Request):
     """From anyone connected, without a lease; never stale, never rate-limited."""
 
     group: Name = "all"
-
-
-class JointMove(Strict):
-    """All axes arrive at one time, by MASA.
-
-    Attributes:
-        target: rad (m for linear axes), one for each axis of the group, absolute or relative to the setpoint.
-        minimise: which limit is lowered on the axes that have time to spare.
-        duration_s: a longer duration than the shortest possible one.
-        pulse: shape of the jerk: "parabolic" has continuous jerk.
-    """
-
-    kind: Literal["joint"] = "joint"
-    target: tuple[float, ...] = Field(min_length=1, max_length=MAX_AXES)
-    relative: bool = False
-    minimise: Literal["acceleration", "velocity", "jerk"] = "acceleration"
-    duration_s: Annotated[float, Field(gt=0, le=86400)] | None = None
-    pulse: Literal["constant", "parabolic"] = "constant"
-
-
-Move = JointMove
-"""Every kind of move; linear, circular, path and sequence will join."""
 
 
 class MoveRequest(LeasedRequest):

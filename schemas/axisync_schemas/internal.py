@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, TypeAdapter
 
 from axisync_schemas.base import Name, Strict
-from axisync_schemas.commands import Move
 from axisync_schemas.errors import ErrorBody
+from axisync_schemas.moves import Move
 from axisync_schemas.replies import Event, MoveReply
 
 MAX_PACKET = 128 * 1024
@@ -63,14 +63,28 @@ ControllerMessage = Annotated[ControllerReply | ControllerEvent, Field(discrimin
 CONTROLLER_MESSAGE: TypeAdapter[ControllerReply | ControllerEvent] = TypeAdapter(ControllerMessage)
 
 
+class Reserved(Strict):
+    """A plan of another group that moves, is held, or is about to begin: its whole path is taken."""
+
+    slot: int
+    plan_id: int
+
+
 class PlanJob(Strict):
-    """Plan `move` for `group` from `start` into plan slot `slot` (None: only say what it would be)."""
+    """Plan `move` for `group` from `start` into plan slot `slot` (None: only say what it would be).
+
+    Attributes:
+        rest: [all axes of the cell] where everything else stands.
+        reserved: plans whose paths must be kept clear of.
+    """
 
     ref: int
     group: Name
     plan_id: int
     slot: int | None
     start: tuple[float, ...]
+    rest: tuple[float, ...]
+    reserved: tuple[Reserved, ...] = ()
     move: Move
     speed_scale: float
 

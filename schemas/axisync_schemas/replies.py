@@ -30,15 +30,41 @@ class GroupReply(Reply):
     groups: dict[str, str]
 
 
+class StepReport(Strict):
+    """One step of a sequence: when it begins, how long it takes, and what sets that."""
+
+    kind: str
+    begins_s: float
+    duration_s: float
+    limiting: str | None
+    scale: float = 1.0
+
+
+class AloneReport(Strict):
+    """How much room is left, wherever on the path, if the controller died and every drive stopped by itself.
+
+    Attributes:
+        limit_margin: to the nearest hard limit, rad; `axis` is whose.
+        min_distance_m: between shapes, as `MoveReply.min_distance_m`.
+    """
+
+    limit_margin: float
+    axis: str
+    min_distance_m: float | None = None
+
+
 class MoveReply(Reply):
     """An accepted move, or what `plan` would do.
 
     Attributes:
-        scalars: names of the rows of T and U.
+        scalars: names of the rows of T and U; none for a sequence of several steps, whose `steps` say more.
         T: [n][7] segment times, s; U: [n][7] jerk of each segment.
         minimum_s: [n] the time each scalar would need alone.
-        limiting: the scalar that sets the duration, or None where nothing moves.
-        scale: how much the path-space limits were stretched (1: not at all).
+        limiting: the scalar that sets the duration, or None where nothing moves; a joint where `scale` is above 1.
+        scale: how much the path-space limits were stretched for the joints' (1: not at all).
+        min_distance_m: the least distance between shapes over the whole path; None where nothing is watched.
+        nearest: names of the two.
+        end: [n] where it ends, rad.
     """
 
     move_id: str | None
@@ -51,6 +77,10 @@ class MoveReply(Reply):
     limiting: str | None
     scale: float = 1.0
     min_distance_m: float | None = None
+    nearest: tuple[str, str] | None = None
+    alone: AloneReport | None = None
+    steps: tuple[StepReport, ...] = ()
+    end: tuple[float, ...] = ()
     warnings: tuple[str, ...] = ()
 
 

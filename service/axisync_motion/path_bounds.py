@@ -76,7 +76,7 @@ def cell_bounds(trajectory: Trajectory, cells: int) -> Array:
 def _cell_bounds(trajectory: Trajectory, grid: Array) -> Array:
     edges = np.unique(np.concatenate([grid, trajectory.knots]))
     index = np.searchsorted(trajectory.knots, edges[:-1], side="right") - 1
-    shifted = _shift(trajectory.coefficients[index], edges[:-1] - trajectory.knots[index])
+    shifted = expanded(trajectory.coefficients[index], edges[:-1] - trajectory.knots[index])
     hull = _bernstein(derivative_table(shifted)[:, :, 1:], np.diff(edges))
     bounds = np.concatenate([hull.max(axis=1), -hull.min(axis=1)], axis=-1)
     out = np.zeros((grid.size, *bounds.shape[1:]))
@@ -84,7 +84,7 @@ def _cell_bounds(trajectory: Trajectory, grid: Array) -> Array:
     return out
 
 
-def _shift(coefficients: Array, x: Array) -> Array:
+def expanded(coefficients: Array, x: Array) -> Array:
     """The polynomials [m, order, n] expanded about x[m] instead of 0."""
     c = coefficients.copy()
     order = c.shape[1]

@@ -1,80 +1,61 @@
-"""An arm from its Denavit-Hartenberg rows: where its tool frame is."""
+"""An arm: where its tool frame is."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from axisync_schemas.cell import DenavitHartenberg, Group, Pose
+from axisync_robot.chain import Chain, base_placement, chain_of_rows
+from axisync_robot.urdf_chain import chain_of_urdf
+from axisync_schemas.cell import Group, Pose
 
 Array = NDArray[np.float64]
 Position = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
-def _exact(angle: float) -> tuple[float, float]:
-    """Cosine and sine, exact at multiples of a right angle, so that no 6e-17 stands where the design has 0."""
-    quarters = angle / (math.pi / 2.0)
-    nearest = round(quarters)
-    if abs(quarters - nearest) < 1e-15:
-        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[nearest % 4]
-    return math.cos(angle), math.sin(angle)
+def chain_of(group: Group) -> Chain | None:
+    """The frames of a group's axes, or None where the cell file does not give them.
 
-
-def rotation_x(angle: float) -> Array:
-    """[3, 3]."""
-    c, s = _exact(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-
-
-def rotation_y(angle: float) -> Array:
-    """[3, 3]."""
-    c, s = _exact(angle)
-    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-
-
-def rotation_z(angle: float) -> Array:
-    """[3, 3]."""
-    c, s = _exact(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def base_placement(base: Pose) -> pinocchio.SE3:
-    """Pose of the arm's base in the cell's frame O: R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    roll, pitch, yaw = base.rpy
-    return pinocchio.SE3(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), np.array(base.position))
-
-
-def link_placement(row: DenavitHartenberg) -> pinocchio.SE3:
-    """Trans_z(d) Trans_x(a) Rot_x(alpha): what follows a joint's rotation, d along z, a along x, alpha about x."""
-    return pinocchio.SE3(rotation_x(row.alpha), np.array([row.a, 0.0, row.d]))
+    Raises:
+        ValueError: pinocchio cannot read its URDF file.
+    """
+    if group.urdf is not None:
+        return chain_of_urdf(group.urdf, group.joint_names)
+    rows = [axis.dh for axis in group.axes if axis.dh is not None]
+    return chain_of_rows(rows) if len(rows) == len(group.axes) else None
 
 
 class Arm:
-    """A serial arm of n revolute joints, by pinocchio. `rows` as given; `base` [4, 4] is its base in O."""
+    """A serial arm of n revolute joints, by pinocchio.
 
-    def __init__(self, base: Pose, rows: Sequence[DenavitHartenberg]) -> None:
-        """Joint i turns by q[i] + theta_i about z of the frame before it; row i then leads to the next frame."""
-        self.rows = tuple(rows)
+    Attributes: `base` [4, 4] in O, `chain`, and `tool` [4, 4] in the flange's frame.
+    """
+
+    def __init__(self, base: Pose, chain: Chain, tool: Pose | None = None) -> None:
+        """The tool's frame is the flange's where none is given."""
+        self.chain = chain
         self._model = pinocchio.Model()
         placement = base_placement(base)
         self.base: Array = placement.homogeneous
+        fitted = base_placement(tool or Pose())
+        self.tool: Array = fitted.homogeneous
         parent = 0
-        for index, row in enumerate(rows):
-            placement = placement * pinocchio.SE3(rotation_z(row.theta), np.zeros(3))
+        for index, joint in enumerate(chain.joints):
+            placement = placement * pinocchio.SE3(joint)
             parent = self._model.addJoint(parent, pinocchio.JointModelRZ(), placement, f"joint{index + 1}")
-            placement = link_placement(row)
+            placement = pinocchio.SE3.Identity()
+        placement = pinocchio.SE3(chain.flange) * fitted
         frame = pinocchio.Frame("tool", parent, placement, pinocchio.FrameType.OP_FRAME)
         self._tool = self._model.addFrame(frame)
         self._data = self._model.createData()
 
     @classmethod
     def of(cls, group: Group) -> "Arm | None":
-        """The arm of a group, or None where an axis has no row."""
-        rows = [axis.dh for axis in group.axes if axis.dh is not None]
-        return cls(group.base, rows) if len(rows) == len(group.axes) else None
+        """The arm of a group, or None where the cell file gives no chain for it."""
+        chain = chain_of(group)
+        return None if chain is None else cls(group.base, chain, group.tool)
 
     @property
     def joints(self) -> int:
@@ -93,6 +74,21 @@ class Arm:
         pinocchio.forwardKinematics(self._model, self._data, angles)
         pose: Array = pinocchio.updateFramePlacement(self._model, self._data, self._tool).homogeneous
         return pose
+
+    def placements(self, q: ArrayLike) -> Array:
+        """[k, 4, 4] poses of the tool frame in O at joint angles q[k, n], rad, all at once.
+
+        Raises:
+            ValueError: not rows of n values.
+        """
+        angles = np.asarray(q, dtype=np.float64)
+        if angles.ndim != 2 or angles.shape[1] != self.joints:
+            raise ValueError(f"rows of {self.joints} joint angles are expected, not {angles.shape}")
+        turns, origins = self.chain.frames(angles, self.base)
+        last = np.zeros((len(angles), 4, 4))
+        last[:, :3, :3], last[:, :3, 3], last[:, 3, 3] = turns[:, -1], origins[:, -1], 1.0
+        poses: Array = last @ (self.chain.flange @ self.tool)
+        return poses
 
     def forward(self, q: Sequence[float] | Array) -> tuple[Position, Quaternion]:
         """Position (m) and quaternion (x, y, z, w; w >= 0) of the tool frame in O at joint angles q[n], rad.

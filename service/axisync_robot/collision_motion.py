@@ -1,14 +1,13 @@
 """Where the capsules of an arm are at many poses at once, and how far a joint's turn can carry them at most."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisync_robot.arm import base_placement, rotation_x
-from axisync_robot.collision_shapes import LinkCapsule, Shapes, rows_of
-from axisync_schemas.cell import DenavitHartenberg, Pose
+from axisync_robot.chain import Chain, base_placement
+from axisync_robot.collision_shapes import LinkCapsule, Shapes
+from axisync_schemas.cell import Pose
 
 Array = NDArray[np.float64]
 
@@ -16,54 +15,35 @@ Array = NDArray[np.float64]
 class ArmSegments:
     """The segments of one arm's capsules, many poses at once: fewer and larger numpy calls than pose by pose."""
 
-    def __init__(self, base: Pose, rows: Sequence[DenavitHartenberg], capsules: Sequence[LinkCapsule]) -> None:
+    def __init__(self, base: Pose, chain: Chain, capsules: Sequence[LinkCapsule]) -> None:
         """Capsules of this arm, in the order wanted."""
-        placement = base_placement(base)
-        self._turn, self._origin = np.array(placement.rotation), np.array(placement.translation)
-        self._theta = np.array([row.theta for row in rows])
-        self._way = np.array([[row.a, 0.0, row.d] for row in rows])
-        self._tilt = np.array([rotation_x(row.alpha) for row in rows])
+        self._base: Array = base_placement(base).homogeneous
+        self._chain = chain
         self._joint = np.array([c.joint for c in capsules], dtype=np.intp)
         self._local = np.array([[c.start, c.end] for c in capsules]).reshape(-1, 2, 3)
 
     def at(self, q: Array) -> Array:
         """[m, c, 2, 3] ends of the segments in frame O at the arm's poses q[m, n], rad."""
-        turned = _about_z(q + self._theta)
-        turns, origins = np.empty_like(turned), np.empty(turned.shape[:3])
-        turn, origin = self._turn, self._origin
-        for joint in range(q.shape[1]):
-            turns[:, joint] = turn @ turned[:, joint]
-            origins[:, joint] = origin
-            origin = origin + turns[:, joint] @ self._way[joint]
-            turn = turns[:, joint] @ self._tilt[joint]
+        turns, origins = self._chain.frames(q, self._base)
         local = np.einsum("mcij,ckj->mcki", turns[:, self._joint], self._local)
         ends: Array = origins[:, self._joint, None, :] + local
         return ends
 
 
-def _about_z(angles: Array) -> Array:
-    """[m, n, 3, 3] of angles[m, n]."""
-    turns = np.zeros((*angles.shape, 3, 3))
-    turns[..., 0, 0] = turns[..., 1, 1] = np.cos(angles)
-    turns[..., 1, 0] = np.sin(angles)
-    turns[..., 0, 1] = -turns[..., 1, 0]
-    turns[..., 2, 2] = 1.0
-    return turns
-
-
-def reach(rows: Sequence[DenavitHartenberg], capsule: LinkCapsule) -> Array:
+def reach(chain: Chain, capsule: LinkCapsule) -> Array:
     """[n] how far from each joint's axis a point of the capsule's segment can be in any pose, m (0: does not turn it).
 
     The way along the arm: the last link by where the segment lies, every link between by its length, the joint's own
-    by `a` alone, since d runs along the axis.
+    by what of it lies across the joint's axis.
     """
     ends = np.stack((capsule.start, capsule.end))
-    reaches = np.zeros(len(rows))
+    lengths, across = np.linalg.norm(chain.ways, axis=1), np.hypot(chain.ways[:, 0], chain.ways[:, 1])
+    reaches = np.zeros(len(chain))
     reaches[capsule.joint] = np.hypot(ends[:, 0], ends[:, 1]).max()
     way = float(np.linalg.norm(ends, axis=1).max())
     for joint in range(capsule.joint - 1, -1, -1):
-        reaches[joint] = abs(rows[joint].a) + way
-        way += math.hypot(rows[joint].a, rows[joint].d)
+        reaches[joint] = across[joint] + way
+        way += float(lengths[joint])
     return reaches
 
 
@@ -74,7 +54,7 @@ def pair_reach(shapes: Shapes) -> Array:
     """
     cell = shapes.cell
     weights = np.zeros((len(shapes.pairs), len(cell.axes)))
-    of_capsule = [reach(rows_of(cell, c.group), c) for c in shapes.capsules]
+    of_capsule = [reach(shapes.chain(c.group), c) for c in shapes.capsules]
     for p, (i, j) in enumerate(shapes.pairs):
         first = shapes.capsules[i]
         second = shapes.capsules[j] if j < len(shapes.capsules) else None

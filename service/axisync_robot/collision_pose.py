@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
-from axisync_robot.arm import base_placement, link_placement, rotation_z
+from axisync_robot.chain import Chain, base_placement
 from axisync_robot.collision_shapes import LinkCapsule, Shapes
 from axisync_schemas.cell import Group
 
@@ -23,9 +23,9 @@ class PoseChecker:
         self._axes: list[int] = []
         joints: dict[int, int] = {}
         first = 0
-        for group in shapes.cell.groups:
-            if all(axis.dh is not None for axis in group.axes):
-                self._add_arm(group, first, joints)
+        for group, chain in zip(shapes.cell.groups, shapes.chains, strict=True):
+            if chain is not None:
+                self._add_arm(group, chain, first, joints)
             first += len(group.axes)
         self._geometry = pinocchio.GeometryModel()
         for number, capsule in enumerate(shapes.capsules):
@@ -38,16 +38,15 @@ class PoseChecker:
         self._data = self._model.createData()
         self._geometry_data = self._geometry.createData()
 
-    def _add_arm(self, group: Group, first: int, joints: dict[int, int]) -> None:
+    def _add_arm(self, group: Group, chain: Chain, first: int, joints: dict[int, int]) -> None:
         placement = base_placement(group.base)
         parent = 0
-        for offset, axis in enumerate(group.axes):
-            assert axis.dh is not None
-            placement = placement * pinocchio.SE3(rotation_z(axis.dh.theta), np.zeros(3))
-            parent = self._model.addJoint(parent, pinocchio.JointModelRZ(), placement, axis.name)
+        for offset, joint in enumerate(chain.joints):
+            name = group.axes[offset].name
+            parent = self._model.addJoint(parent, pinocchio.JointModelRZ(), placement * pinocchio.SE3(joint), name)
+            placement = pinocchio.SE3.Identity()
             joints[first + offset] = parent
             self._axes.append(first + offset)
-            placement = link_placement(axis.dh)
 
     def _add_shape(self, name: str, parent: int, placement: pinocchio.SE3, shape: coal.ShapeBase) -> None:
         self._geometry.addGeometryObject(pinocchio.GeometryObject(name, parent, placement, shape))

@@ -1,6 +1,6 @@
 """What can collide: capsules on links, boxes that stand still, and the pairs of them that are watched."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -8,8 +8,10 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from axisync_robot.arm import base_placement
-from axisync_schemas.cell import Axis, Box, Capsule, Cell, DenavitHartenberg
+from axisync_robot.arm import chain_of
+from axisync_robot.chain import Chain, base_placement
+from axisync_robot.urdf_chain import Segment, segments_of_urdf
+from axisync_schemas.cell import Axis, Box, Cell, Group
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -51,13 +53,27 @@ class Shapes:
     """All shapes of a cell. A shape's number is its place in `capsules`, then in `boxes`."""
 
     cell: Cell
+    chains: tuple[Chain | None, ...]
+    """Of each group; a group whose axes have shapes has one (the cell file's check makes sure of it)."""
     capsules: tuple[LinkCapsule, ...]
     boxes: tuple[FixedBox, ...]
 
     @classmethod
     def of(cls, cell: Cell) -> "Shapes":
-        """Shapes as the cell file gives them, or from its DH rows and radii."""
-        return cls(cell, tuple(_capsules(cell)), tuple(_box(box) for box in cell.geometry.boxes))
+        """Shapes as the cell file gives them, or from its radii, or from its URDF files.
+
+        Raises:
+            ValueError: pinocchio cannot read a URDF file.
+        """
+        chains = tuple(chain_of(group) for group in cell.groups)
+        boxes = tuple(_box(box) for box in cell.geometry.boxes)
+        return cls(cell, chains, tuple(_capsules(cell, chains)), boxes)
+
+    def chain(self, group: int) -> Chain:
+        """Of a group whose axes have shapes."""
+        chain = self.chains[group]
+        assert chain is not None
+        return chain
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -98,33 +114,37 @@ class Shapes:
         return np.array([frozenset((self.names[i], self.names[j])) in wanted for i, j in self.pairs], dtype=np.bool_)
 
 
-def _capsules(cell: Cell) -> Iterator[LinkCapsule]:
+def _capsules(cell: Cell, chains: Sequence[Chain | None]) -> Iterator[LinkCapsule]:
     number = 0
-    for g, group in enumerate(cell.groups):
+    for g, (group, chain) in enumerate(zip(cell.groups, chains, strict=True)):
         for joint, axis in enumerate(group.axes):
-            for shape in axis.capsules or tuple(_from_dh(axis)):
-                yield LinkCapsule(
-                    axis.name, f"{group.name} link {joint + 1}", g, joint, number,
-                    np.array(shape.start), np.array(shape.end), shape.radius,
-                )  # fmt: skip
+            words = f"{group.name} link {joint + 1}"
+            for start, end, radius in () if chain is None else _segments(group, chain, joint):
+                yield LinkCapsule(axis.name, words, g, joint, number, start, end, radius)
             number += 1
 
 
-def _from_dh(axis: Axis) -> Iterator[Capsule]:
-    """One capsule along d, one along a, where they are not zero."""
-    if axis.radius is None or axis.dh is None:
+def _segments(group: Group, chain: Chain, joint: int) -> Iterator[Segment]:
+    """Start, end and radius in the joint's frame: what the cell file gives, its radius makes, or its URDF file has."""
+    axis = group.axes[joint]
+    if not axis.capsules and axis.radius is not None:
+        for start, end in _way(axis, chain.ways[joint]):
+            if np.any(start != end):
+                yield start, end, axis.radius
         return
-    origin, corner, tip = (0.0, 0.0, 0.0), (0.0, 0.0, axis.dh.d), (axis.dh.a, 0.0, axis.dh.d)
-    for start, end in ((origin, corner), (corner, tip)):
-        if start != end:
-            yield Capsule(start=start, end=end, radius=axis.radius)
+    segments: Iterable[Segment] = ((np.array(c.start), np.array(c.end), c.radius) for c in axis.capsules)
+    if not axis.capsules and group.urdf is not None:
+        segments = segments_of_urdf(group.urdf, group.joint_names[joint])
+    for start, end, radius in segments:
+        yield chain.links[joint] @ start, chain.links[joint] @ end, radius
+
+
+def _way(axis: Axis, way: Array) -> list[tuple[Array, Array]]:
+    """From the joint's origin to the next one's: along d, then a; straight where there is no DH row."""
+    corner = np.zeros(3) if axis.dh is None else np.array([0.0, 0.0, axis.dh.d])
+    return [(np.zeros(3), corner), (corner, way)]
 
 
 def _box(box: Box) -> FixedBox:
     pose = base_placement(box.pose)
     return FixedBox(box.name, np.array(pose.rotation), np.array(pose.translation), np.array(box.size) / 2.0)
-
-
-def rows_of(cell: Cell, group: int) -> list[DenavitHartenberg]:
-    """DH rows of a group whose axes have shapes (the cell file's check makes sure of them)."""
-    return [axis.dh for axis in cell.groups[group].axes if axis.dh is not None]

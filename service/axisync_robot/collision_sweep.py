@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from axisync_robot.collision_distance import segment_to_box, segment_to_segment
 from axisync_robot.collision_motion import ArmSegments
-from axisync_robot.collision_shapes import Shapes, rows_of
+from axisync_robot.collision_shapes import Shapes
 from axisync_robot.collision_track import Track
 
 Array = NDArray[np.float64]
@@ -116,7 +116,7 @@ class Sweep:
         if not own:
             return None
         group = cell.groups[number]
-        arm = ArmSegments(group.base, rows_of(cell, number), [capsules[i] for i in own])
+        arm = ArmSegments(group.base, self._shapes.chain(number), [capsules[i] for i in own])
         return _Arm(arm, np.array(own), np.array(cell.axis_indices(group.name)))
 
     def _arms(self, track: int | None) -> list[_Arm]:

@@ -6,15 +6,17 @@ from axisync_robot.arm import Arm
 from axisync_robot.inverse_path import STEP_MAX, Followed, follow_branch
 from axisync_robot.numeric_inverse import NumericInverse
 from axisync_robot.ur_inverse import UrInverse
-from axisync_robot.ur_inverse_geometry import ur_geometry
+from axisync_robot.ur_inverse_geometry import ur_arm
 
 Inverse = UrInverse | NumericInverse
 
 
 def inverse_of(arm: Arm, low: ArrayLike, high: ArrayLike) -> Inverse:
     """The solver for this arm within joint limits low, high [n], rad."""
-    geometry = ur_geometry(arm.rows)
-    return NumericInverse(arm, low, high) if geometry is None else UrInverse(geometry, arm.base, low, high)
+    found = ur_arm(arm.chain)
+    if found is None:
+        return NumericInverse(arm, low, high)
+    return UrInverse(found.geometry, arm.base @ found.base, low, high, found.flange @ arm.tool)
 
 
 def follow(inverse: Inverse, poses: ArrayLike, start: ArrayLike, step_max: float = STEP_MAX) -> Followed:

@@ -42,11 +42,15 @@ class BranchChange(PathRefused):
         self.sample, self.branch, self.other, self.step = sample, branch, other, step
         super().__init__(sample, branch, other, step)
 
-    def __str__(self) -> str:
-        turned = " and ".join(
+    @property
+    def where(self) -> str:
+        """Which of them would have to change: "elbow", "shoulder and wrist"."""
+        return " and ".join(
             name for bit, name in ((4, "shoulder"), (2, "elbow"), (1, "wrist")) if (self.branch ^ self.other) & bit
         )
-        return f"pose {self.sample} needs the other {turned} (branch {self.branch} to {self.other})"
+
+    def __str__(self) -> str:
+        return f"pose {self.sample} needs the other {self.where} (branch {self.branch} to {self.other})"
 
 
 class Singular(PathRefused):

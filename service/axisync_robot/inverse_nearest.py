@@ -32,7 +32,7 @@ def nearest_reachable(inverse: UrInverse, pose: Array, reference: Array) -> Near
     A search: first along rays to the shoulder and 26 others, then in narrowing cones about the best. None where the
     joint limits leave nothing on any ray.
     """
-    towards = inverse.centre - pose[:3, 3]
+    towards = inverse.centre - inverse.flange(pose)[:3, 3]
     far = float(np.linalg.norm(towards))
     rays = _unit(np.vstack([towards if far > 0.0 else np.array([0.0, 0.0, 1.0]), _cube()]))
     least = max(0.0, far - inverse.geometry.span)

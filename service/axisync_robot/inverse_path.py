@@ -1,4 +1,8 @@
-"""Following one branch of a UR arm along a path of poses."""
+"""Following a UR arm along a path of poses: one branch, and another one where joints go on smoothly only so.
+
+A branch ends where the wrist goes straight through its singularity (q5 through 0): beyond it the labels of the two
+wrists change places. Which one goes on is read off the joints' steps (axisync_robot.inverse_crossing).
+"""
 
 import math
 from dataclasses import dataclass
@@ -6,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from axisync_robot.inverse_crossing import Crossing, crossing_at
 from axisync_robot.inverse_errors import (
     BranchChange,
     LimitReached,
@@ -16,7 +21,7 @@ from axisync_robot.inverse_errors import (
 )
 from axisync_robot.inverse_nearest import nearest_reachable
 from axisync_robot.poses import distances
-from axisync_robot.ur_inverse import UrInverse
+from axisync_robot.ur_inverse import UrInverse, wrapped
 
 Array = NDArray[np.float64]
 
@@ -31,44 +36,61 @@ _LIMIT_ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """Joint angles [k, n], rad, continuous from the start configuration; `branch` 0 to 7, None for numeric ones."""
+    """Joint angles [k, n], rad, continuous from the start configuration; `branch` at the start, 0 to 7, None for
+    numeric ones."""
 
     angles: Array
     branch: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Problem:
+    """Poses [k, 4, 4] and start [6]; what all branches make of them: angles [k, 8, 6], reachable and free [k, 8]."""
+
+    inverse: UrInverse
+    poses: Array
+    start: Array
+    angles: Array
+    reachable: NDArray[np.bool_]
+    free: NDArray[np.bool_]
+    step_max: float
+
+    @classmethod
+    def of(cls, inverse: UrInverse, poses: Array, start: Array, step_max: float) -> "_Problem":
+        # Without regard to limits: continuity decides, limits are checked along the track.
+        return cls(inverse, poses, start, *inverse.solve_unlimited(poses, start), step_max)
 
 
 def follow_branch(inverse: UrInverse, poses: ArrayLike, start: ArrayLike, step_max: float = STEP_MAX) -> Followed:
     """Joint angles along poses [k, 4, 4] in O from start [6], rad, which stands at the first pose.
 
     Where branches meet at the start, the one that follows the path farthest is taken. While the wrist is singular q6
-    stays as it was before.
+    stays as it was before, or turns evenly to where it goes on from there.
 
     Raises:
         StartsElsewhere: the start is not at the first pose.
-        Unreachable, BranchChange, Singular, LimitReached: at the first sample that this branch cannot go on to.
+        Unreachable, BranchChange, Singular, LimitReached: at the first sample to which the joints cannot go on.
     """
     targets, first = np.asarray(poses, dtype=np.float64), np.asarray(start, dtype=np.float64)
     apart, turn = (float(x) for x in distances(inverse.forward(first), targets[0]))
     if max(apart, turn) > START_TOLERANCE:
         raise StartsElsewhere(apart, turn, START_TOLERANCE)
-    angles, reachable, free = _all_branches(inverse, targets, first)
-    off = np.abs(angles[0] - first).max(axis=1)
-    off[~reachable[0]] = np.inf
+    problem = _Problem.of(inverse, targets, first, step_max)
+    off = np.abs(problem.angles[0] - first).max(axis=1)
+    off[~problem.reachable[0]] = np.inf
     if not np.isfinite(off).any():
-        raise _unreachable(inverse, targets[0], first, 0)
-    tracks = [
-        _track(inverse, targets, first, branch, (angles[:, branch], reachable[:, branch], free[:, branch]), step_max)
-        for branch in np.flatnonzero(off <= off.min() + _MEET).tolist()
-    ]
-    best = max(tracks, key=lambda track: (track.count, -track.travel))
+        raise unreachable(inverse, targets[0], first, 0)
+    branches = np.flatnonzero(off <= off.min() + _MEET).tolist()
+    tracks = {branch: _route(problem, branch) for branch in branches}
+    branch, best = max(tracks.items(), key=lambda item: (item[1].count, -item[1].travel))
     if best.count == len(targets):
-        return Followed(best.angles, best.branch)
-    raise best.refusal(inverse, targets, (angles, reachable))
+        return Followed(best.angles, branch)
+    raise best.refusal(problem)
 
 
 @dataclass(frozen=True, slots=True)
 class _Track:
-    """One branch: angles [k, 6] of which the first `count` follow; how the next one fails."""
+    """Angles [k, 6] of which the first `count` follow, the last of them on `branch`; how the next one fails."""
 
     branch: int
     angles: Array
@@ -80,47 +102,74 @@ class _Track:
     def travel(self) -> float:
         return float(np.abs(np.diff(self.angles[: self.count], axis=0)).sum())
 
-    def refusal(self, inverse: UrInverse, poses: Array, every: tuple[Array, NDArray[np.bool_]]) -> PathRefused:
+    @property
+    def limited(self) -> bool:
+        """What ends it is a joint's limit: nothing else is wrong with sample `count`."""
+        step = self.angles[self.count] - self.angles[max(0, self.count - 1)]
+        return self.reachable and bool(np.abs(step).max() <= self.step_max)
+
+    def refusal(self, problem: _Problem) -> PathRefused:
         """Why sample `count` fails."""
-        at, before = self.count, self.angles[max(0, self.count - 1)]
+        at, before, inverse = self.count, self.angles[max(0, self.count - 1)], problem.inverse
         step = self.angles[at] - before
-        if self.reachable and np.abs(step).max() <= self.step_max:
-            return _limit(inverse, self.angles[at], at)
-        if not every[1][at].any():
-            return _unreachable(inverse, poses[at], before, at)
-        steps = _wrapped(every[0][at] - before)
-        sizes = np.where(every[1][at], np.abs(steps).max(axis=1), np.inf)
+        if self.limited:
+            return limit_reached(inverse, self.angles[at], at)
+        if not problem.reachable[at].any():
+            return unreachable(inverse, problem.poses[at], before, at)
+        steps = wrapped(problem.angles[at] - before)
+        sizes = np.where(problem.reachable[at], np.abs(steps).max(axis=1), np.inf)
         other = int(sizes.argmin())
         if other != self.branch and (sizes[other] <= self.step_max or not self.reachable):
             return BranchChange(at, self.branch, other, float(sizes[other]))
         joint = int(np.abs(step).argmax())
-        return Singular(at, joint, float(step[joint]), self.step_max, _nearest_singularity(inverse, before))
+        return Singular(at, joint, float(step[joint]), self.step_max, nearest_singularity(inverse, before))
 
 
-def _all_branches(inverse: UrInverse, poses: Array, start: Array) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
-    found = inverse.solve(poses, start)
-    # Nearest the start without regard to limits: continuity decides, limits are checked along the track.
-    return start + _wrapped(found.angles - start), found.reachable, found.free
+def _route(problem: _Problem, branch: int) -> _Track:
+    """The track from the start on this branch, across singularities as far as joints go on smoothly."""
+    track = _track(problem, branch, 0, problem.start)
+    while track.count < len(problem.poses) and not track.limited:
+        usable = problem.reachable & ~problem.free
+        found = crossing_at(problem.angles, usable, track.angles, track.branch, track.count, problem.step_max)
+        if found is None or not (begun := _across(problem, track, found)).count:
+            break
+        rest = _track(problem, found.branch, found.after, begun.angles[-1])
+        if not rest.count and not rest.limited:
+            break
+        angles = np.concatenate((begun.angles, rest.angles))
+        track = _Track(found.branch, angles, found.after + rest.count, rest.reachable, problem.step_max)
+    return track
 
 
-def _track(
-    inverse: UrInverse,
-    poses: Array,
-    start: Array,
-    branch: int,
-    solved: tuple[Array, NDArray[np.bool_], NDArray[np.bool_]],
-    step_max: float,
-) -> _Track:
-    angles, reachable, free = solved[0].copy(), solved[1].copy(), solved[2]
+def _across(problem: _Problem, track: _Track, found: Crossing) -> _Track:
+    """The track up to the crossing, its singular samples solved anew with q6 in between; `count` 0 where it fails."""
+    angles, at = track.angles[: found.after].copy(), np.arange(found.before + 1, found.after)
+    if not at.size:
+        return _Track(track.branch, angles, found.after, True, problem.step_max)
+    again = problem.inverse.solve(problem.poses[at], found.between)
+    angles[at] = found.between + wrapped(again.angles[:, track.branch] - found.between)
+    kept = bool(again.reachable[:, track.branch].all()) and not _beyond(problem.inverse, angles[at]).any()
+    return _Track(track.branch, angles, found.after if kept else 0, True, problem.step_max)
+
+
+def _track(problem: _Problem, branch: int, first: int, start: Array) -> _Track:
+    """From sample `first` on this branch, coming from joint angles start [6]; its samples count from `first`."""
+    angles, reachable = problem.angles[first:, branch].copy(), problem.reachable[first:, branch].copy()
+    free = problem.free[first:, branch]
     if free.any():
-        _hold_wrist(inverse, poses, start, branch, angles, reachable, free)
+        _hold_wrist(problem.inverse, problem.poses[first:], start, branch, angles, reachable, free)
     steps = np.diff(angles, axis=0, prepend=start[None])
-    angles = start + np.cumsum(_wrapped(steps), axis=0) if reachable.all() else _unwrapped(angles, start, reachable)
-    jumps = np.abs(np.diff(angles, axis=0, prepend=start[None])).max(axis=1) > step_max
-    beyond = ((angles < inverse.low - _LIMIT_ROUNDING) | (angles > inverse.high + _LIMIT_ROUNDING)).any(axis=1)
-    failed = ~reachable | jumps | beyond
-    count = int(failed.argmax()) if failed.any() else len(poses)
-    return _Track(branch, angles, count, bool(reachable[min(count, len(poses) - 1)]), step_max)
+    angles = start + np.cumsum(wrapped(steps), axis=0) if reachable.all() else _unwrapped(angles, start, reachable)
+    jumps = np.abs(np.diff(angles, axis=0, prepend=start[None])).max(axis=1) > problem.step_max
+    failed = ~reachable | jumps | _beyond(problem.inverse, angles)
+    count = int(failed.argmax()) if failed.any() else len(angles)
+    return _Track(branch, angles, count, bool(reachable[min(count, len(angles) - 1)]), problem.step_max)
+
+
+def _beyond(inverse: UrInverse, angles: Array) -> NDArray[np.bool_]:
+    """[k] some joint is outside its limits."""
+    outside = (angles < inverse.low - _LIMIT_ROUNDING) | (angles > inverse.high + _LIMIT_ROUNDING)
+    return np.asarray(outside.any(axis=1), dtype=np.bool_)
 
 
 def _hold_wrist(
@@ -132,10 +181,17 @@ def _hold_wrist(
     reachable: NDArray[np.bool_],
     free: NDArray[np.bool_],
 ) -> None:
-    """Solves the singular samples anew, with the last sample before each run as reference."""
-    last = np.maximum.accumulate(np.where(free | ~reachable, -1, np.arange(len(free))))
+    """Solves the singular samples anew, with the last sample before each run as reference.
+
+    Where only the path's last sample is singular, q6 goes on to it as before: that is where the path leads.
+    """
+    plain = ~free & reachable
+    last = np.maximum.accumulate(np.where(plain, np.arange(len(free)), -1))
     at = np.flatnonzero(free)
     reference = np.where(last[at, None] >= 0, angles[last[at]], start)
+    if free[-1] and len(free) > 3 and plain[-4:-1].all():
+        first, second = wrapped(np.diff(angles[-4:-1], axis=0))
+        reference[-1] = angles[-2] + 2.0 * second - first
     again = inverse.solve(poses[at], reference)
     angles[at], reachable[at] = again.angles[:, branch], again.reachable[:, branch]
 
@@ -144,14 +200,11 @@ def _unwrapped(angles: Array, start: Array, reachable: NDArray[np.bool_]) -> Arr
     """Continuous up to the first sample out of reach, and as they are from there on."""
     end = int((~reachable).argmax())
     steps = np.diff(angles[:end], axis=0, prepend=start[None])
-    return np.vstack([start + np.cumsum(_wrapped(steps), axis=0), angles[end:]])
+    return np.vstack([start + np.cumsum(wrapped(steps), axis=0), angles[end:]])
 
 
-def _wrapped(angle: Array) -> Array:
-    return angle - math.tau * np.rint(angle / math.tau)
-
-
-def _limit(inverse: UrInverse, angles: Array, sample: int) -> LimitReached:
+def limit_reached(inverse: UrInverse, angles: Array, sample: int) -> LimitReached:
+    """The refusal of joint angles [n] beyond the limits: the joint that is farthest beyond."""
     excess = np.maximum(inverse.low - angles, angles - inverse.high)
     joint = int(excess.argmax())
     value = float(angles[joint])
@@ -159,7 +212,8 @@ def _limit(inverse: UrInverse, angles: Array, sample: int) -> LimitReached:
     return LimitReached(sample, joint, value, float(bound))
 
 
-def _unreachable(inverse: UrInverse, pose: Array, reference: Array, sample: int) -> Unreachable:
+def unreachable(inverse: UrInverse, pose: Array, reference: Array, sample: int) -> Unreachable:
+    """The refusal of pose [4, 4], with the nearest one that is reached, in a configuration near reference [n]."""
     found = nearest_reachable(inverse, pose, reference)
     if found is not None:
         return Unreachable(sample, found.distance, found.pose)
@@ -168,9 +222,9 @@ def _unreachable(inverse: UrInverse, pose: Array, reference: Array, sample: int)
     return Unreachable(sample, float(apart), at, float(turn))
 
 
-def _nearest_singularity(inverse: UrInverse, angles: Array) -> str:
+def nearest_singularity(inverse: UrInverse, angles: Array) -> str:
     """Which of the three is nearest, by its sine (the shoulder's: the wrist centre's offset ahead over the reach)."""
-    g, q = inverse.geometry, angles + np.array(inverse.geometry.theta)
+    g, q = inverse.geometry, inverse.geometry.angles(angles)
     phi = q[1] + q[2] + q[3]
     ahead = g.a2 * math.cos(q[1]) + g.a3 * math.cos(q[1] + q[2]) + g.d5 * math.sin(phi)
     sizes = {"shoulder": abs(ahead) / g.longest, "elbow": abs(math.sin(q[2])), "wrist": abs(math.sin(q[4]))}

@@ -1,19 +1,29 @@
-"""Inverse kinematics of any serial arm: damped least squares by pinocchio's Jacobians (Levenberg and Marquardt)."""
+"""Inverse kinematics of any serial arm by pinocchio's Jacobians.
 
-from dataclasses import dataclass
+Damped least squares (Levenberg and Marquardt) find a solution; undamped Newton steps make it exact to rounding, since
+polynomials are fitted to paths of solutions and their third derivatives count.
+"""
+
+from dataclasses import dataclass, replace
 
 import numpy as np
+import pinocchio
 from numpy.typing import ArrayLike, NDArray
 
 from axisync_robot.arm import Arm
 from axisync_robot.inverse_errors import LimitReached, Singular, StartsElsewhere, Unreachable
 from axisync_robot.inverse_path import START_TOLERANCE, STEP_MAX, Followed
-from axisync_robot.poses import distances, vector_of_rotation
+from axisync_robot.poses import distances
 
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-10
 """m and rad: what counts as reached, a tenth of what solutions must keep."""
+POLISHED = 1e-13
+"""m and rad: what solutions are brought to where the arm is not near a singularity."""
+_GAIN = 1e4
+"""rad for each m and rad of error: Newton steps that would turn joints further are not taken."""
+_NEWTON_STEPS = 8
 _ITERATIONS = 200
 _DAMPING = (1e-3, 1e-14, 1e6)
 """First, least and largest damping."""
@@ -47,20 +57,22 @@ class NumericInverse:
         It descends from the seed alone: what is out of its valley is not found.
         """
         target = np.asarray(pose, dtype=np.float64)
-        q = np.clip(np.asarray(seed, dtype=np.float64), self.low, self.high)
+        q = self._clipped(np.asarray(seed, dtype=np.float64))
         damping, least, largest = _DAMPING
         error, jacobian = self._error(target, q)
         iterations = 0
         while iterations < _ITERATIONS and damping <= largest and not _reached(error):
             iterations += 1
-            trial = np.clip(q + self._step(q, error, jacobian, damping), self.low, self.high)
+            trial = self._clipped(q + self._step(q, error, jacobian, damping))
             after, slope = self._error(target, trial)
             if after @ after < error @ error:
                 q, error, jacobian, damping = trial, after, slope, max(least, damping * _EASED)
             else:
                 damping *= _STIFFENED
-        apart, turn = float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
-        return NumericSolution(q, _reached(error), apart, turn, iterations)
+        polished = self._polished(target, q)
+        if polished.distance + polished.turn < np.linalg.norm(error):
+            return replace(polished, iterations=iterations)
+        return _solution(q, error, iterations)
 
     def follow(self, poses: ArrayLike, start: ArrayLike, step_max: float = STEP_MAX) -> Followed:
         """Joint angles along poses [k, 4, 4] in O from start [n], each sample seeded by the one before.
@@ -74,15 +86,52 @@ class NumericInverse:
         self._check_start(targets[0], before)
         angles = np.empty((len(targets), self.arm.joints))
         for sample, target in enumerate(targets):
-            found = self.solve(target, before)
+            found = self._tracked(target, self._continued(angles[:sample], before), before)
             if not found.reached:
-                raise self._refusal(sample, target, found)
+                raise self.refusal(sample, target, found)
             step = found.angles - before
             joint = int(np.abs(step).argmax())
             if abs(step[joint]) > step_max:
                 raise Singular(sample, joint, float(step[joint]), step_max, "arm")
             angles[sample] = before = found.angles
         return Followed(angles, None)
+
+    def _continued(self, angles: Array, before: Array) -> Array:
+        """[n]: where the joints would be next if they went on as in the samples before, by a parabola.
+
+        Only where the pose leaves nothing free: what is free would go on forever.
+        """
+        if self.arm.joints > 6 or len(angles) < 2:
+            return before
+        if len(angles) == 2:
+            return self._clipped(2.0 * angles[-1] - angles[-2])
+        return self._clipped(3.0 * (angles[-1] - angles[-2]) + angles[-3])
+
+    def _tracked(self, target: Array, seed: Array, before: Array) -> NumericSolution:
+        """The solution near the seed: at once by Newton steps, damped where these fail, and from the sample before."""
+        found = self._polished(target, seed)
+        if not found.reached:
+            found = self.solve(target, seed)
+        return found if found.reached or seed is before else self.solve(target, before)
+
+    def _polished(self, target: Array, q: Array) -> NumericSolution:
+        """As near as undamped Newton steps bring q [n] to the pose, each nearer than the one before."""
+        error, jacobian = self._error(target, q)
+        size, steps = float(error @ error), 0
+        while steps < _NEWTON_STEPS and not _within(error, POLISHED):
+            step = _undamped(jacobian, error)
+            if step is None or not step @ step <= _GAIN**2 * size:
+                break
+            trial = self._clipped(q + step)
+            after, slope = self._error(target, trial)
+            if not after @ after < size:
+                break
+            q, error, jacobian, size, steps = trial, after, slope, float(after @ after), steps + 1
+        return _solution(q, error, steps)
+
+    def _clipped(self, q: Array) -> Array:
+        clipped: Array = np.minimum(np.maximum(q, self.low), self.high)
+        return clipped
 
     def _check_start(self, pose: Array, start: Array) -> None:
         excess = np.maximum(self.low - start, start - self.high)
@@ -94,7 +143,7 @@ class NumericInverse:
         if max(apart, turn) > START_TOLERANCE:
             raise StartsElsewhere(apart, turn, START_TOLERANCE)
 
-    def _refusal(self, sample: int, target: Array, found: NumericSolution) -> Unreachable | LimitReached:
+    def refusal(self, sample: int, target: Array, found: NumericSolution) -> Unreachable | LimitReached:
         """A joint at its limit is to blame when the pose is reached, from there, without the limits."""
         at_limit = np.flatnonzero(self._held(found.angles, np.sign(found.angles - (self.low + self.high) / 2.0)))
         free = NumericInverse(self.arm, np.full(self.arm.joints, -np.inf), np.full(self.arm.joints, np.inf))
@@ -109,8 +158,10 @@ class NumericInverse:
     def _error(self, target: Array, q: Array) -> tuple[Array, Array]:
         """[6] position (m) and turn (rad) still to go, along the axes of O, and the Jacobian [6, n]."""
         pose, jacobian = self.arm.jacobian(q)
-        turn = vector_of_rotation(target[:3, :3] @ pose[:3, :3].T)
-        return np.concatenate([target[:3, 3] - pose[:3, 3], turn]), jacobian
+        error = np.empty(6)
+        error[:3] = target[:3, 3] - pose[:3, 3]
+        error[3:] = pinocchio.log3(target[:3, :3] @ pose[:3, :3].T)
+        return error, jacobian
 
     def _step(self, q: Array, error: Array, jacobian: Array, damping: float) -> Array:
         """J^T (J J^T + damping I)^-1 error, with the joints that would leave their limits held."""
@@ -133,5 +184,29 @@ def _damped(jacobian: Array, error: Array, damping: float) -> Array:
     return step
 
 
+def _undamped(jacobian: Array, error: Array) -> Array | None:
+    """The least step that brings the error to zero, to first order; None where there is none."""
+    joints = jacobian.shape[1]
+    try:
+        if joints < 6:
+            step = np.linalg.lstsq(jacobian, error, rcond=None)[0]
+        elif joints == 6:
+            step = np.linalg.solve(jacobian, error)
+        else:
+            step = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T, error)
+    except np.linalg.LinAlgError:
+        return None
+    return np.asarray(step, dtype=np.float64)
+
+
+def _solution(q: Array, error: Array, iterations: int) -> NumericSolution:
+    apart, turn = float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:]))
+    return NumericSolution(q, _reached(error), apart, turn, iterations)
+
+
 def _reached(error: Array) -> bool:
-    return bool(np.linalg.norm(error[:3]) <= TOLERANCE and np.linalg.norm(error[3:]) <= TOLERANCE)
+    return _within(error, TOLERANCE)
+
+
+def _within(error: Array, bound: float) -> bool:
+    return bool(max(error[:3] @ error[:3], error[3:] @ error[3:]) <= bound * bound)

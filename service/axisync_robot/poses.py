@@ -8,10 +8,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from axisync_schemas.moves import UNIT_TOLERANCE
 
-UNIT_TOLERANCE = 1e-3
-"""A quaternion whose length is off by no more than this is normalised; a worse one is no rounding but an error."""
+Array = NDArray[np.float64]
 
 ZYZ_SINGULAR = 1e-12
 """Below this sine of beta only alpha + gamma (at 0) or alpha - gamma (at 180 deg) is defined."""

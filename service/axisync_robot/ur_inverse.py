@@ -36,6 +36,11 @@ _FREE = 1e-12
 _LIMIT_ROUNDING = 1e-12
 
 
+def wrapped(angle: Array) -> Array:
+    """The same angles within half a turn either way, rad."""
+    return angle - math.tau * np.rint(angle / math.tau)
+
+
 @dataclass(frozen=True, slots=True)
 class Solutions:
     """Of k poses.
@@ -67,13 +72,17 @@ class _Wrist:
 class UrInverse:
     """The solver of one arm."""
 
-    def __init__(self, geometry: UrGeometry, base: ArrayLike, low: ArrayLike, high: ArrayLike) -> None:
-        """`base` [4, 4] in O; limits low, high [6], rad."""
+    def __init__(
+        self, geometry: UrGeometry, base: ArrayLike, low: ArrayLike, high: ArrayLike, tool: ArrayLike | None = None
+    ) -> None:
+        """`base` [4, 4] in O; limits low, high [6], rad; `tool` [4, 4] in the geometry's last frame."""
         self.geometry = geometry
         self.base = np.asarray(base, dtype=np.float64)
         self.low = np.asarray(low, dtype=np.float64)
         self.high = np.asarray(high, dtype=np.float64)
+        self.tool = np.eye(4) if tool is None else np.asarray(tool, dtype=np.float64)
         self._to_base = inverse_pose(self.base)
+        self._to_flange = inverse_pose(self.tool)
 
     @property
     def centre(self) -> Array:
@@ -81,9 +90,15 @@ class UrInverse:
         centre: Array = self.base[:3, :3] @ np.array([0.0, 0.0, self.geometry.d1]) + self.base[:3, 3]
         return centre
 
+    def flange(self, poses: ArrayLike) -> Array:
+        """[..., 4, 4] where the flange is, in O, when the tool stands at poses [..., 4, 4] in O."""
+        flange: Array = np.asarray(poses, dtype=np.float64) @ self._to_flange
+        return flange
+
     def forward(self, q: ArrayLike) -> Array:
         """[..., 4, 4] poses of the tool in O at joint angles q [..., 6], rad."""
-        return self.base @ forward(self.geometry, np.asarray(q, dtype=np.float64))
+        poses: Array = self.base @ forward(self.geometry, np.asarray(q, dtype=np.float64)) @ self.tool
+        return poses
 
     def solve(self, poses: ArrayLike, reference: ArrayLike) -> Solutions:
         """All branches of poses [k, 4, 4] in O; reference [6] or [k, 6], rad.
@@ -91,16 +106,32 @@ class UrInverse:
         Raises:
             ValueError: not poses of that shape, or not finite.
         """
-        targets = np.asarray(poses, dtype=np.float64)
-        if targets.ndim != 3 or targets.shape[1:] != (4, 4) or not np.isfinite(targets).all():
-            raise ValueError(f"finite poses [k, 4, 4] are expected, not {targets.shape}")
-        count = len(targets)
-        near = np.broadcast_to(np.asarray(reference, dtype=np.float64), (count, 6)).T
-        q, reachable, free = self._solve(self._to_base @ targets, near + np.array(self.geometry.theta)[:, None])
-        q -= np.array(self.geometry.theta)[:, None, None]
+        q, near, reachable, free = self._nearest(poses, reference)
         within = self._shift(q, near) & reachable
         q[:, ~reachable] = np.nan
         return Solutions(np.ascontiguousarray(q.transpose(2, 1, 0)), reachable.T, within.T, free.T)
+
+    def solve_unlimited(self, poses: ArrayLike, reference: ArrayLike) -> tuple[Array, Mask, Mask]:
+        """As `solve`, without regard to limits: angles within half a turn of the reference, reachable and free.
+
+        Raises:
+            ValueError: as `solve`.
+        """
+        q, near, reachable, free = self._nearest(poses, reference)
+        q += np.rint((near[:, None] - q) / math.tau) * math.tau
+        q[:, ~reachable] = np.nan
+        return np.ascontiguousarray(q.transpose(2, 1, 0)), reachable.T, free.T
+
+    def _nearest(self, poses: ArrayLike, reference: ArrayLike) -> tuple[Array, Array, Mask, Mask]:
+        """Joint angles [6, 8, k], not yet turned near the reference [6, k]; reachable and free [8, k]."""
+        targets = np.asarray(poses, dtype=np.float64)
+        if targets.ndim != 3 or targets.shape[1:] != (4, 4) or not np.isfinite(targets).all():
+            raise ValueError(f"finite poses [k, 4, 4] are expected, not {targets.shape}")
+        near = np.broadcast_to(np.asarray(reference, dtype=np.float64), (len(targets), 6)).T
+        q, reachable, free = self._solve(self._to_base @ self.flange(targets), self.geometry.angles(near.T).T)
+        q -= np.array(self.geometry.theta)[:, None, None]
+        q *= np.array(self.geometry.sign)[:, None, None]
+        return q, near, reachable, free
 
     def _solve(self, targets: Array, near: Array) -> tuple[Array, Mask, Mask]:
         """Geometric angles [6, 8, k], reachable and free [8, k]."""
@@ -202,15 +233,14 @@ class UrInverse:
 
     def _shift(self, q: Array, near: Array) -> Mask:
         """Turns q [6, 8, k] in place by whole turns to be nearest `near` [6, k], within limits where it can; [8, k]."""
-        low, high = self.low[:, None, None] - _LIMIT_ROUNDING, self.high[:, None, None] + _LIMIT_ROUNDING
-        turns = np.rint((near[:, None] - q) / math.tau)
-        moved = q + turns * math.tau
-        outside = (moved < low) | (moved > high)
+        q += np.rint((near[:, None] - q) / math.tau) * math.tau
+        low, high = self.low - _LIMIT_ROUNDING, self.high + _LIMIT_ROUNDING
+        outside = (q < low[:, None, None]) | (q > high[:, None, None])
         if outside.any():
-            least, most = np.ceil((low - q) / math.tau), np.floor((high - q) / math.tau)
+            at = np.nonzero(outside)
+            angle = q[at]
+            least, most = np.ceil((low[at[0]] - angle) / math.tau), np.floor((high[at[0]] - angle) / math.tau)
             possible = least <= most
-            turns = np.where(possible, np.clip(turns, least, most), turns)
-            moved = q + turns * math.tau
-            outside &= ~possible
-        q[:] = moved
+            q[at] = angle + np.where(possible, np.clip(0.0, least, most), 0.0) * math.tau
+            outside[at] = ~possible
         return ~np.asarray(outside.any(axis=0), dtype=np.bool_)

@@ -1,26 +1,30 @@
-"""Which arms have the geometry of a Universal Robots arm, and where their tool is, vectorised over paths."""
+"""Which arms have the geometry of a Universal Robots arm, and where their flange is, vectorised over paths."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisync_schemas.cell import DenavitHartenberg
+from axisync_robot.chain import Chain, rotation_x, rotation_z
 
 Array = NDArray[np.float64]
 
-ALPHA = (math.pi / 2, 0.0, 0.0, math.pi / 2, -math.pi / 2, 0.0)
+_ALPHA = (math.pi / 2, 0.0, 0.0, math.pi / 2, -math.pi / 2)
+_OFFSET = (False, True, True, False, False)
+"""Which links have a length `a`."""
 _SAME = 1e-12
-"""Lengths (m) and angles (rad) of the table may be off by so much: a thousandth of what solutions must keep."""
+"""Lengths (m) and entries of rotations may be off by so much: a thousandth of what solutions must keep."""
+_SHORTEST = 1e-6
+"""m: an upper arm or forearm shorter than this is none."""
+_HALF_TURN = rotation_x(math.pi)
 
 
 @dataclass(frozen=True, slots=True)
 class UrGeometry:
     """Shoulder at height d1; upper arm a2 and forearm a3, parallel axes, offset d4 along them; wrist d5, d6 (m).
 
-    theta [6] is added to the joint angles (rad).
+    The geometric angles are sign * q + theta (rad, [6] each).
     """
 
     d1: float
@@ -30,6 +34,7 @@ class UrGeometry:
     d5: float
     d6: float
     theta: tuple[float, ...]
+    sign: tuple[float, ...] = (1.0,) * 6
 
     @property
     def longest(self) -> float:
@@ -43,34 +48,97 @@ class UrGeometry:
 
     @property
     def span(self) -> float:
-        """No tool position is farther than this from the shoulder (0, 0, d1)."""
+        """No flange position is farther than this from the shoulder (0, 0, d1)."""
         return self.longest + abs(self.d4) + abs(self.d5) + abs(self.d6)
 
+    def angles(self, q: Array) -> Array:
+        """Geometric angles of joint angles q [..., 6], rad."""
+        angles: Array = q * np.array(self.sign) + np.array(self.theta)
+        return angles
 
-def ur_geometry(rows: Sequence[DenavitHartenberg]) -> UrGeometry | None:
-    """The geometry, or None where these rows are no arm of this kind.
 
-    alpha = 90, 0, 0, 90, -90, 0 deg; a only in rows 2 and 3, neither zero. Axes 2, 3, 4 are parallel, so that d2 and d3
-    (zero in a real arm) add to d4.
+@dataclass(frozen=True, slots=True, eq=False)
+class UrArm:
+    """A chain as one of these arms: `base` [4, 4] of the geometry in the chain's base, `flange` [4, 4] of the chain in
+    the geometry's last frame."""
+
+    geometry: UrGeometry
+    base: Array
+    flange: Array
+
+
+def ur_arm(chain: Chain) -> UrArm | None:
+    """The chain as a UR arm, or None where it is none.
+
+    Its axes decide, not how it was described: 2, 3, 4 parallel, 1 and 2, 4 and 5, 5 and 6 crossing at right angles.
+    Every placement is taken apart into Rot_z(theta) Trans_z(d) Trans_x(a) Rot_x(alpha) Trans_z(d') Rot_z(theta'), whose
+    last two belong to the next joint. Offsets along the parallel axes add to d4.
     """
-    if len(rows) != 6:
+    if len(chain) != 6:
         return None
-    turned = any(abs(row.alpha - alpha) > _SAME for row, alpha in zip(rows, ALPHA, strict=True))
-    offset = any(abs(rows[i].a) > _SAME for i in (0, 3, 4, 5))
-    if turned or offset or min(abs(rows[1].a), abs(rows[2].a)) <= 1e-6:
+    joints, flange, sign = _aligned(chain)
+    theta, d, a = np.zeros(6), np.zeros(6), np.zeros(5)
+    for i, (alpha, offset) in enumerate(zip(_ALPHA, _OFFSET, strict=True)):
+        parts = _parallel(joints[i + 1]) if alpha == 0.0 else _crossing(joints[i + 1], alpha)
+        if parts is None or (abs(parts[2]) <= _SHORTEST if offset else abs(parts[2]) > _SAME):
+            return None
+        theta[i] += parts[0]
+        d[i] += parts[1]
+        a[i] = parts[2]
+        d[i + 1] += parts[3]
+        theta[i + 1] += parts[4]
+    d[5] += flange[2, 3]
+    flange[2, 3] = 0.0
+    turns = tuple(math.remainder(x, math.tau) for x in theta.tolist())
+    d4 = float(d[1] + d[2] + d[3])
+    geometry = UrGeometry(float(d[0]), float(a[1]), float(a[2]), d4, float(d[4]), float(d[5]), turns, sign)
+    return UrArm(geometry, joints[0], flange)
+
+
+def _aligned(chain: Chain) -> tuple[Array, Array, tuple[float, ...]]:
+    """Placements and flange with axes 3 and 4 turned to point as axis 2 does, and the signs of the angles then.
+
+    Rot_z(-q) = Rot_x(pi) Rot_z(q) Rot_x(pi).
+    """
+    joints, flange, sign = chain.joints.copy(), chain.flange.copy(), [1.0] * 6
+    for i in (2, 3):
+        if joints[i, 2, 2] < 0.0:
+            joints[i, :3, :3] = joints[i, :3, :3] @ _HALF_TURN
+            joints[i + 1, :3] = _HALF_TURN @ joints[i + 1, :3]
+            sign[i] = -1.0
+    return joints, flange, tuple(sign)
+
+
+def _parallel(placement: Array) -> tuple[float, float, float, float, float] | None:
+    """theta, d, a, d', theta' with alpha = 0; the sign of a such that theta is within 90 degrees; d' = 0."""
+    if math.hypot(placement[0, 2], placement[1, 2]) > _SAME:
         return None
-    d4 = rows[1].d + rows[2].d + rows[3].d
-    theta = tuple(row.theta for row in rows)
-    return UrGeometry(rows[0].d, rows[1].a, rows[2].a, d4, rows[4].d, rows[5].d, theta)
+    x, y, z = placement[:3, 3].tolist()
+    way = -1.0 if x < 0.0 else 1.0
+    theta = math.atan2(way * y, way * x)
+    turned = math.atan2(placement[1, 0], placement[0, 0])
+    return theta, z, way * math.hypot(x, y), 0.0, turned - theta
+
+
+def _crossing(placement: Array, alpha: float) -> tuple[float, float, float, float, float] | None:
+    """theta, d, a, d', theta' with this alpha, a right angle either way."""
+    if abs(placement[2, 2]) > _SAME:
+        return None
+    side = math.copysign(1.0, alpha)
+    theta = math.atan2(side * placement[0, 2], -side * placement[1, 2])
+    back = rotation_z(-theta)
+    a, along, d = (back @ placement[:3, 3]).tolist()
+    rest = rotation_x(-alpha) @ back @ placement[:3, :3]
+    return theta, d, a, -side * along, math.atan2(rest[1, 0], rest[0, 0])
 
 
 def forward(geometry: UrGeometry, q: Array) -> Array:
-    """[..., 4, 4] pose of the tool in the arm's base at joint angles q [..., 6], rad.
+    """[..., 4, 4] pose of the flange in the arm's base at joint angles q [..., 6], rad.
 
     Everything lies in the plane that joint 1 turns: x1 = (c1, s1, 0), y1 = up, z1 = (s1, -c1, 0), its normal.
     """
     g = geometry
-    q1, q2, q3, q4, q5, q6 = np.moveaxis(q + np.array(g.theta), -1, 0)
+    q1, q2, q3, q4, q5, q6 = np.moveaxis(g.angles(q), -1, 0)
     q23 = q2 + q3
     phi = q23 + q4
     c1, s1, cp, sp = np.cos(q1), np.sin(q1), np.cos(phi), np.sin(phi)

@@ -5,11 +5,12 @@ import math
 import os
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from axisync_schemas.cell import Cell
+from axisync_schemas.cell import Cell, override
 
 EMULATOR_PRIORITY = 60
 PATIENT: dict[str, float | int] = {
@@ -18,22 +19,40 @@ PATIENT: dict[str, float | int] = {
     "controller_heartbeat_timeout_ms": 500,
     "drive_heartbeat_timeout_ms": 2000,
 }
-"""What the demo sets in its cell file where it may not take real-time priority: a late process is no fault then."""
-P1_DEG = (0, -150, 60, -45, -45, 45)
-P2_DEG = (100, -90, -60, -120, 45, 45)
-"""KingKong's start and end positions of the paper, V.B.1."""
+"""What the demo's cell file has at least: emulated drives share the machine, and a late process is no fault then."""
+LATE_TICKS_MAX = 10
+"""With real-time priority the controller itself is hardly ever late; the drives may be late all the same."""
+PROGRAMS = Path(__file__).parent / "programs"
+SLOW = ("--speed", "50%")
+
+
+def patient(text: str, realtime: bool) -> str:
+    """The cell file's text for drives that are processes of this machine."""
+    given = tomllib.loads(text)
+    least = PATIENT | ({"missed_ticks_max": LATE_TICKS_MAX} if realtime else {})
+    return override(text, {key: max(value, given.get(key, value)) for key, value in least.items()})
+
+
+def program_for(cell: Cell) -> tuple[tuple[str, ...], ...]:
+    """The paper's two experiments on the robot, V.C, as far as the cell has the groups for them.
+
+    The tool passes the body closely: where drives may go on alone for long, only at half speed.
+    """
+    speed = SLOW if cell.missed_ticks_max > LATE_TICKS_MAX else ()
+    wanted = (("kingkong", "tool_change.toml", speed), ("wukong", "wukong_points.toml", ()))
+    runs = [("run", shown(PROGRAMS / file), *more) for group, file, more in wanted if group in cell.group_names]
+    return (("enable", "all"), *runs)
+
+
+def shown(path: Path) -> str:
+    """The path as a person would type it: from here, where it is below."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if path.is_relative_to(here) else path)
 
 
 def joint_argument(degrees: tuple[float, ...]) -> str:
     """Joint positions as the command line takes them."""
     return ",".join(f"{value:g}" for value in degrees) + "deg"
-
-
-PROGRAM = (
-    ("enable", "all"),
-    ("move", "kingkong", "--joint", joint_argument(P2_DEG)),
-    ("move", "kingkong", "--joint", joint_argument(P1_DEG)),
-)
 
 
 def kernel_has(cell: Cell) -> bool:
@@ -99,7 +118,7 @@ class Emulators:
 class Program:
     """Plays commands of the `axisync` command line one after the other, each a process of its own."""
 
-    def __init__(self, endpoint: str, commands: tuple[tuple[str, ...], ...] = PROGRAM) -> None:
+    def __init__(self, endpoint: str, commands: tuple[tuple[str, ...], ...]) -> None:
         self._endpoint = endpoint
         self._commands: Iterator[tuple[str, ...]] = iter(commands)
         self._process: subprocess.Popen[bytes] | None = None
@@ -148,14 +167,16 @@ def next_steps(cell: Cell, endpoint: str, log_dir: Path) -> str:
     """What to try after the program."""
     group = cell.groups[-1]
     target = joint_argument(tuple(round(math.degrees(axis.drive.start)) + 20 for axis in group.axes))
-    option = "" if endpoint.endswith(":7447") else f" --endpoint {endpoint}"
+    axisync = ".venv/bin/axisync" + ("" if endpoint.endswith(":7447") else f" --endpoint {endpoint}")
+    both = any(compound.name == "both" for compound in cell.compounds)
     logs = sorted(log_dir.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
     return "\n".join(
         (
             "The arms stand, enabled. In another terminal:",
-            f"  .venv/bin/axisync{option} state",
-            f"  .venv/bin/axisync{option} move {group.name} --joint {target}",
-            f"  .venv/bin/axisync{option} stop",
+            f"  {axisync} state",
+            f"  {axisync} move {group.name} --joint {target}",
+            *((f"  {axisync} run {shown(PROGRAMS / 'two_arms.toml')}",) if both else ()),
+            f"  {axisync} stop",
             f"Every setpoint is in {logs[-1] if logs else log_dir}",
             "Ctrl-C stops the arms, disables the drives and ends the service.",
         )

@@ -8,10 +8,11 @@ from typing import Annotated
 
 import typer
 
-from axisync_schemas.cell import Cell, CellError, override, read_cell
+from axisync_schemas.cell import Cell, CellError, read_cell
+from axisync_schemas.cell_remarks import remarks
 from axisync_service.canopen.budget import LOAD_MAX, budget
 from axisync_service.daemon.locks import Locked, runtime_directory
-from axisync_service.demo import PATIENT, EmulatorFailed, Emulators, Program, kernel_has, next_steps
+from axisync_service.demo import EmulatorFailed, Emulators, Program, kernel_has, next_steps, patient, program_for
 from axisync_service.motion_controller import realtime
 from axisync_service.process import LOG_LEVEL_VARIABLE
 from axisync_service.supervisor import Supervisor
@@ -53,7 +54,7 @@ def demo(
     candump: Annotated[Path | None, typer.Option(help="Write each bus's frames to BUS.log in this directory.")] = None,
     verbose: Verbose = False,
 ) -> None:
-    """Both arms of the paper on emulated drives: plays P1 -> P2 and back, then waits for your commands."""
+    """Both arms of the paper on emulated drives: plays the tool change and WuKong's points, then waits for you."""
     del dashboard  # There is no page yet; the option is the contract's.
     _set_verbosity(verbose)
     with tempfile.TemporaryDirectory(prefix="demo-", dir=runtime_directory()) as scratch:
@@ -72,21 +73,20 @@ def demo(
 
 
 def _demo_cell_file(cell_file: Path, scratch: Path) -> Path:
-    """The cell file; a patient copy of it where real-time priority is not permitted."""
-    if realtime.permitted():
-        return cell_file
+    """A copy of the cell file that waits longer for emulated drives, and without real-time priority for everything."""
     _, text = _load(cell_file)
-    print("No real-time priority here: this demo tolerates late ticks (see deploy/realtime.md).", flush=True)
-    patient = scratch / "cell.toml"
-    patient.write_text(override(text, PATIENT), encoding="utf-8")
-    return patient
+    if not realtime.permitted():
+        print("No real-time priority here: this demo tolerates late ticks (see deploy/realtime.md).", flush=True)
+    used = scratch / "cell.toml"
+    used.write_text(patient(text, realtime.permitted()), encoding="utf-8")
+    return used
 
 
 def _demo(
     cell: Cell, text: str, cell_file: Path, log_dir: Path, listen: str, simcan: str, play: bool, candump: Path | None
 ) -> int:
     supervisor = _supervisor(cell, text, log_dir, listen, simcan)
-    emulators, program = Emulators(), Program(listen)
+    emulators, program = Emulators(), Program(listen, program_for(cell))
 
     def on_ready(missing: list[str]) -> None:
         _say_ready(missing)
@@ -126,6 +126,8 @@ def check(cell_file: CellFile) -> None:
                 + "".join(f"{value:>8g}" for value in limits)
             )
     print("\nlimits in deg, deg/s, deg/s^2, deg/s^3")
+    for remark in remarks(cell):
+        print(f"note: {remark}")
     print(f"\n{'bus':<14}{'drives':>7}{'cyclic':>12}{'load':>8}{'worst cycle':>16}")
     fits = True
     for bus in cell.buses:

@@ -14,13 +14,14 @@ from pydantic import ValidationError
 
 from axisync_motion import backend
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import JointMove
 from axisync_schemas.enumerations import Phase
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.internal import MAX_PACKET, PlanJob, PlanResult
 from axisync_schemas.memory import Control, Word
-from axisync_schemas.plan_slots import PlanError, write_plan
-from axisync_service.planner.joint_move import plan_joint_move
+from axisync_schemas.moves import JointMove, LinearMove, ToolPose
+from axisync_schemas.plan_slots import Plan, PlanError, read_plan, write_plan
+from axisync_service.planner.models import Models
+from axisync_service.planner.move_plan import plan_move
 from axisync_service.process import ProcessContext, start
 
 log = logging.getLogger(__name__)
@@ -30,28 +31,38 @@ SEND_S = 1.0
 """A front that does not take an answer for this long is gone."""
 
 
-def solve(cell: Cell, plans: mmap.mmap, job: PlanJob) -> PlanResult:
+def solve(models: Models, plans: mmap.mmap, job: PlanJob) -> PlanResult:
     """Plans `job` and writes the plan into its slot. Every fault becomes an answer."""
     try:
-        planned = plan_joint_move(cell, job)
+        planned = plan_move(models, job, others(plans, job))
         if planned.plan is not None and job.slot is not None:
             write_plan(plans, job.slot, planned.plan)
         return PlanResult(ref=job.ref, plan=planned.reply)
     except Refusal as refusal:
         return PlanResult(ref=job.ref, error=refusal.body())
     except PlanError as error:
-        return PlanResult(ref=job.ref, error=Refusal(ErrorCode.INTERNAL, str(error)).body())
+        message = f"{error}: plan fewer steps at a time"
+        return PlanResult(ref=job.ref, error=Refusal(ErrorCode.TOO_LARGE, message).body())
     except Exception as error:
         log.exception("planning failed group=%s plan_id=%d", job.group, job.plan_id)
         message = f"planning failed: {type(error).__name__}"
         return PlanResult(ref=job.ref, error=Refusal(ErrorCode.INTERNAL, message).body())
 
 
+def others(plans: mmap.mmap, job: PlanJob) -> tuple[Plan, ...]:
+    """The plans that must be kept clear of; one whose slot holds another plan by now was refused and never begins."""
+    found = []
+    for reserved in job.reserved:
+        with contextlib.suppress(PlanError):
+            found.append(read_plan(plans, reserved.slot, reserved.plan_id))
+    return tuple(found)
+
+
 class Worker:
     """Accepts front, reads jobs, answers them in order."""
 
     def __init__(self, cell: Cell, control: Control, plans: mmap.mmap, listening: socket.socket) -> None:
-        self._cell = cell
+        self.models = Models(cell)
         self._control = control
         self._plans = plans
         self._listening = listening
@@ -99,14 +110,14 @@ class Worker:
         except ValidationError as error:
             log.error("job=malformed errors=%d", error.error_count())
             return
-        connection.send(solve(self._cell, self._plans, job).model_dump_json().encode())
+        connection.send(solve(self.models, self._plans, job).model_dump_json().encode())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Works until the service stops."""
     context = start("planner", arguments)
     worker = make_worker(context)
-    warm_up(context.cell)
+    warm_up(worker.models)
     log.info("backend=%s", backend())
     gc.collect()
     gc.freeze()
@@ -118,14 +129,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def warm_up(cell: Cell) -> None:
+def warm_up(models: Models) -> None:
     """A first plan takes many times as long as those that follow: here it keeps nobody waiting."""
+    cell = models.cell
+    rest = tuple(axis.drive.start for axis in cell.axes)
     for name in (*cell.group_names, *(compound.name for compound in cell.compounds)):
-        middle = tuple(sum(cell.axes[i].soft_limits) / 2.0 for i in cell.axis_indices(name))
-        move = JointMove(target=(0.01,) * len(middle), relative=True)
-        job = PlanJob(ref=0, group=name, plan_id=0, slot=0, start=middle, move=move, speed_scale=1.0)
-        with contextlib.suppress(Refusal):
-            plan_joint_move(cell, job)
+        start = tuple(rest[i] for i in cell.axis_indices(name))
+        still = ToolPose(position=(0.0, 0.0, 0.01))
+        along = LinearMove(target=dict.fromkeys(_arms(models, name), still), relative=True)
+        for move in (JointMove(target=(0.01,) * len(start), relative=True), along):
+            job = PlanJob(ref=0, group=name, plan_id=0, slot=0, start=start, rest=rest, move=move, speed_scale=1.0)
+            with contextlib.suppress(Refusal):
+                plan_move(models, job)
+
+
+def _arms(models: Models, name: str) -> list[str]:
+    return [member.group.name for member in models.members(name) if member.arm is not None]
 
 
 def make_worker(context: ProcessContext) -> Worker:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import arms
 import numpy as np
 import planner
 from daemon import Daemon
@@ -21,7 +22,9 @@ from axisync_client import Client
 from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
 
-BENCHES = ("planner", "lateness", "stages", "requests", "stops", "processes")
+BENCHES = ("planner", "arms", "lateness", "stages", "requests", "stops", "processes")
+SERVICE_FREE = frozenset({"planner", "arms"})
+"""Benches of libraries alone."""
 SWINGING = frozenset({"lateness", "stages", "processes"})
 """Benches that need the arms to move for a while."""
 GROUP = "both"
@@ -60,7 +63,9 @@ class Bench:
         """
         if "planner" in self._wanted:
             planner.measure(self._report)
-        if self._wanted == {"planner"}:
+        if "arms" in self._wanted:
+            arms.measure(self._report)
+        if self._wanted <= SERVICE_FREE:
             return
         with Daemon(directory) as daemon:
             self._report.say("starting the service")

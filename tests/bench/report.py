@@ -64,6 +64,11 @@ class Report:
             {"process": u.name, "cpu": u.cpu, "memory_mib": u.memory_mib, "threads": u.threads} for u in usages
         ]
 
+    def table(self, name: str, title: str, headings: Sequence[str], lines: Sequence[Sequence[str]]) -> None:
+        """Words and numbers as they are."""
+        self._table(title, headings, lines)
+        self.data[name] = [dict(zip(headings, line, strict=True)) for line in lines]
+
     def _table(self, title: str, headings: Sequence[str], lines: Iterable[Sequence[str]]) -> None:
         table = Table(title=title, title_justify="left", title_style="bold")
         for i, heading in enumerate(headings):

@@ -21,6 +21,7 @@ from axisync_schemas.cell import Cell, read_cell
 from axisync_schemas.enumerations import MoveStatus
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.replies import (
+    AloneReport,
     CycleReport,
     DriveReport,
     Event,
@@ -33,6 +34,7 @@ from axisync_schemas.replies import (
     Percentiles,
     RecorderReport,
     State,
+    StepReport,
 )
 from axisync_schemas.ticks import TickLayout
 
@@ -330,6 +332,50 @@ class Peer:
 
 
 def plan(cell: Cell, body: Body) -> MoveReply:
+    """A reply of the shape that the kind has; the numbers mean little but for joint moves."""
+    move = body["move"]
+    if move["kind"] == "sequence":
+        return _sequence(body)
+    if move["kind"] == "joint" and isinstance(move["target"], list):
+        return _joint(cell, body)
+    return _tool(cell, body)
+
+
+SIGNS = (1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0)
+
+
+def _tool(cell: Cell, body: Body) -> MoveReply:
+    """300 mm and a right angle in 4 s for each arm, stretched 1.8 times for the group's fifth joint."""
+    duration = body["move"].get("duration_s", 4.0)
+    axes = [cell.axes[i] for i in cell.axis_indices(body["group"])]
+    arms = (
+        [f"{name}." for name in (cell.group_names[i] for i in cell.members(body["group"]))] if len(axes) > 6 else [""]
+    )
+    return MoveReply(
+        request_id="", now_s=0.0, move_id=None, group=body["group"], duration_s=duration,
+        scalars=tuple(f"{arm}{name}" for arm in arms for name in ("length", "rotation")),
+        T=((1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0),) * 2 * len(arms),
+        U=tuple(tuple(sign * d / 2.0 for sign in SIGNS) for _ in arms for d in (0.3, np.pi / 2)),
+        minimum_s=(2.2, 1.9) * len(arms), limiting=axes[4].name, scale=1.8, min_distance_m=0.0843,
+        nearest=("kingkong link 3", "body"), end=tuple(axis.drive.start for axis in axes),
+        alone=AloneReport(limit_margin=0.5, axis="kingkong.2", min_distance_m=0.0401),
+    )  # fmt: skip
+
+
+def _sequence(body: Body) -> MoveReply:
+    """Each step takes as long as it says."""
+    lasting = [step["duration_s"] for step in body["move"]["steps"]]
+    steps = tuple(
+        StepReport(kind=step["kind"], begins_s=sum(lasting[:i]), duration_s=lasting[i], limiting=None, scale=1.0 + i)
+        for i, step in enumerate(body["move"]["steps"])
+    )
+    return MoveReply(
+        request_id="", now_s=0.0, move_id=None, group=body["group"], duration_s=sum(lasting), scalars=(), T=(),
+        U=(), minimum_s=(), limiting=None, scale=float(len(steps)), steps=steps, end=(0.0,) * 6,
+    )  # fmt: skip
+
+
+def _joint(cell: Cell, body: Body) -> MoveReply:
     """Jerk segments of a quarter of the duration each, as long as the slowest axis needs at its jerk limit."""
     axes = [cell.axes[i] for i in cell.axis_indices(body["group"])]
     target = body["move"]["target"]
@@ -340,13 +386,12 @@ def plan(cell: Cell, body: Body) -> MoveReply:
     alone = [4.0 * (abs(d) / (2.0 * axis.limits.jerk)) ** (1 / 3) for d, axis in zip(distances, axes, strict=True)]
     duration = body["move"].get("duration_s") or max(alone)
     quarter = duration / 4.0
-    signs = (1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0)
     jerks = [d / (2.0 * quarter**3) if quarter else 0.0 for d in distances]
     return MoveReply(
         request_id="", now_s=0.0, move_id=None, group=body["group"], duration_s=duration,
         scalars=tuple(axis.name for axis in axes),
         T=tuple((quarter, 0.0, quarter, 0.0, quarter, 0.0, quarter) for _ in axes),
-        U=tuple(tuple(sign * jerk for sign in signs) for jerk in jerks),
+        U=tuple(tuple(sign * jerk for sign in SIGNS) for jerk in jerks),
         minimum_s=tuple(alone),
         limiting=axes[int(np.argmax(alone))].name if duration else None,
     )  # fmt: skip

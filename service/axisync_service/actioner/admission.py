@@ -1,14 +1,9 @@
 """What may be done now. Each check refuses with the value, the bound and, where there is one, the fix."""
 
-import math
-from typing import NoReturn
-
-from axisync_schemas.cell import Axis, Cell
-from axisync_schemas.commands import JointMove
+from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState, Phase
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_service.actioner.world import World
-from axisync_service.planner.targets import target_of
 
 _MOVING = "{name} is {state}: one move at a time; wait for its end or stop it"
 NOT_MOVABLE: dict[GroupState, tuple[ErrorCode, str]] = {
@@ -67,25 +62,3 @@ def _check_state(name: str, world: World, member: int, table: dict[GroupState, t
     message = text.format(name=name, state=view.state.label, reason=reason)
     details = {"group": name, "state": view.state.label}
     raise Refusal(code, message, **details, **({"reason": reason} if code is ErrorCode.FAULTED else {}))
-
-
-def check_target(axes: tuple[Axis, ...], move: JointMove, start: tuple[float, ...]) -> None:
-    """Refuses a target of the wrong size (INVALID_REQUEST) or outside of the soft limits (SOFT_LIMIT)."""
-    if len(move.target) != len(axes):
-        message = f"move.target: {len(axes)} axes are expected, not {len(move.target)}"
-        fault = {"path": "move.target", "message": message, "value": len(move.target)}
-        raise Refusal(ErrorCode.INVALID_REQUEST, message, errors=[fault], axes=[axis.name for axis in axes])
-    for axis, value in zip(axes, target_of(move, start), strict=True):
-        low, high = axis.soft_limits
-        if not low <= value <= high:
-            _refuse_target(axis, value, low if value < low else high)
-
-
-def _refuse_target(axis: Axis, value: float, bound: float) -> NoReturn:
-    message = (
-        f"{axis.name}: target {math.degrees(value):.6g} deg is beyond the soft limit {math.degrees(bound):.6g} deg"
-    )
-    raise Refusal(
-        ErrorCode.SOFT_LIMIT, message, axis=axis.name, value=value, bound=bound, limits=list(axis.soft_limits),
-        nearest_allowed=bound,
-    )  # fmt: skip

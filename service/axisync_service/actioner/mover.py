@@ -12,7 +12,7 @@ from axisync_schemas.commands import MoveRequest
 from axisync_schemas.enumerations import MoveStatus
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.events import EventKind
-from axisync_schemas.internal import BeginCommand, PlanJob
+from axisync_schemas.internal import BeginCommand, PlanJob, Reserved
 from axisync_schemas.log_models import PlanLog
 from axisync_schemas.memory import PLAN_SLOTS
 from axisync_schemas.replies import MoveReply
@@ -84,7 +84,6 @@ class Mover:
         self._check_free(members, commit)
         axes = self._axes(members)
         start = tuple(world.setpoint[i] for i in axes)
-        admission.check_target(tuple(self._cell.axes[i] for i in axes), request.move, start)
         self._submit(call, request, members, start, world)
 
     def _axes(self, members: tuple[int, ...]) -> tuple[int, ...]:
@@ -108,6 +107,7 @@ class Mover:
         plan_id, self._next_plan_id = self._next_plan_id, self._next_plan_id + 1
         stops = tuple(self._ports.stop_count(member) for member in members)
         admitted = Admitted(call, request, members, plan_id, slot, start, stops)
+        reserved = self._reserved(members)
         self._planning[plan_id] = admitted
         job = PlanJob(
             ref=plan_id,
@@ -115,6 +115,8 @@ class Mover:
             plan_id=plan_id,
             slot=slot,
             start=start,
+            rest=world.setpoint,
+            reserved=reserved,
             move=request.move,
             speed_scale=request.speed_scale,
         )
@@ -123,6 +125,16 @@ class Mover:
             done=lambda plan: self._planned(admitted, plan),
             refused=lambda refusal: self._not_planned(admitted, refusal),
             now_ns=world.now_ns,
+        )
+
+    def _reserved(self, members: tuple[int, ...]) -> tuple[Reserved, ...]:
+        """The plans of other groups that move, are held, or are being planned before this one."""
+        begun = [(move.slot, move.plan_id, move.members) for move in self.moves.active()]
+        planning = [(admitted.slot, admitted.plan_id, admitted.members) for admitted in self._planning.values()]
+        return tuple(
+            Reserved(slot=slot, plan_id=plan_id)
+            for slot, plan_id, others in begun + planning
+            if slot is not None and not set(members) & set(others)
         )
 
     def _take_slot(self, world: World) -> int:

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.internal import PlanJob, PlanResult
+from axisync_schemas.moves import SequenceMove
 from axisync_schemas.replies import MoveReply
 from axisync_service.actioner.ports import Ports
 
 TIMEOUT_NS = 2 * 10**9
+STEP_TIMEOUT_NS = 10**8
+"""More for each further step of a sequence."""
 
 Done = Callable[[MoveReply], None]
 Refused = Callable[[Refusal], None]
@@ -23,6 +26,12 @@ class Waiting:
     done: Done
     refused: Refused
     until_ns: int
+
+    @property
+    def timeout_ns(self) -> int:
+        """For planning alone."""
+        move = self.job.move
+        return TIMEOUT_NS + STEP_TIMEOUT_NS * (len(move.steps) - 1 if isinstance(move, SequenceMove) else 0)
 
 
 class PlannerQueue:
@@ -66,8 +75,9 @@ class PlannerQueue:
         if waiting is not None and waiting.until_ns <= now_ns:
             self._working = None
             self._ports.kill_planner()
-            message = f"planning took longer than {TIMEOUT_NS / 1e9:g} s"
-            waiting.refused(Refusal(ErrorCode.INTERNAL, message, timeout_s=TIMEOUT_NS / 1e9))
+            timeout_s = waiting.timeout_ns / 1e9
+            message = f"planning took longer than {timeout_s:g} s"
+            waiting.refused(Refusal(ErrorCode.INTERNAL, message, timeout_s=timeout_s))
         self._advance(now_ns)
         if self._working is None:
             while self._queue and self._queue[0].until_ns <= now_ns:
@@ -76,4 +86,4 @@ class PlannerQueue:
     def _advance(self, now_ns: int) -> None:
         if self._working is None and self._queue and self._ports.to_planner(self._queue[0].job):
             self._working = self._queue.popleft()
-            self._working.until_ns = now_ns + TIMEOUT_NS
+            self._working.until_ns = now_ns + self._working.timeout_ns

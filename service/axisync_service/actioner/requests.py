@@ -10,6 +10,7 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, Request, StopRequest
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.keys import VERBS
+from axisync_schemas.moves import NO_KIND, TAGS
 
 MODELS: dict[str, type[Request]] = {
     "move": MoveRequest,
@@ -92,11 +93,15 @@ def _no_object(message: str) -> Unreadable:
 
 
 def _fault(error: Any) -> dict[str, Any]:
-    return {"path": _path(error["loc"]), "message": error["msg"], "value": _short(error["input"])}
+    path = _path(error["loc"])
+    if error["type"] == NO_KIND and isinstance(error["input"], dict):
+        return {"path": f"{path}.kind", "message": error["msg"], "value": _short(error["input"].get("kind"))}
+    return {"path": path, "message": error["msg"], "value": _short(error["input"])}
 
 
 def _path(loc: tuple[int | str, ...]) -> str:
-    return "".join(f"[{p}]" if isinstance(p, int) else f".{_short(p)}" for p in loc).lstrip(".")
+    keys = [part for part in loc if part not in TAGS]
+    return "".join(f"[{p}]" if isinstance(p, int) else f".{_short(p)}" for p in keys).lstrip(".")
 
 
 def _short(value: object) -> str:

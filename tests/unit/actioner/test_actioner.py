@@ -76,7 +76,7 @@ def test_group_commands_are_answered_when_they_are_done(rig: Any, ok: Read, verb
 
 @pytest.mark.parametrize("verb", ["enable", "disable", "reset", "move"])
 def test_commands_need_a_lease(rig: Any, no: Read, verb: str) -> None:
-    fields = {"move": {"target": [0.0] * 6}} if verb == "move" else {}
+    fields = {"move": {"kind": "joint", "target": [0.0] * 6}} if verb == "move" else {}
     found = no(rig.send(verb, group="kingkong", **fields))
     assert found["code"] == "LEASE_REQUIRED"
     assert found["details"]["holders"] == {"kingkong": None}

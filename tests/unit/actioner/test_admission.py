@@ -1,12 +1,10 @@
 """What may be done now, row by row."""
 
-import math
 from dataclasses import replace
 
 import pytest
 
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import JointMove
 from axisync_schemas.enumerations import GroupState, Phase
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_service.actioner import admission
@@ -76,37 +74,3 @@ def test_nothing_begins_while_the_service_stops(phase: Phase) -> None:
 def test_nothing_begins_without_a_cycle(change: dict[str, object]) -> None:
     admission.check_controller(WORLD)
     assert refusal(admission.check_controller, replace(WORLD, **change)).code is ErrorCode.UNAVAILABLE
-
-
-def test_the_number_of_axes(eod: Cell) -> None:
-    found = refusal(admission.check_target, eod.axes[:6], JointMove(target=(0.0,) * 5), (0.0,) * 6)
-    assert found.code is ErrorCode.INVALID_REQUEST
-    assert found.details["errors"][0]["path"] == "move.target"
-    assert found.details["axes"][0] == "kingkong.1"
-
-
-@pytest.mark.parametrize(
-    ("start", "target", "relative", "bound"),
-    [(0.0, 171.0, False, 170.0), (0.0, -171.0, False, -170.0), (160.0, 20.0, True, 170.0), (0.0, 1e300, False, 170.0)],
-)
-def test_soft_limits_name_axis_value_and_bound(
-    eod: Cell, start: float, target: float, relative: bool, bound: float
-) -> None:
-    move = JointMove(target=(0.0, 0.0, math.radians(target), 0.0, 0.0, 0.0), relative=relative)
-    at = (0.0, 0.0, math.radians(start), 0.0, 0.0, 0.0)
-    found = refusal(admission.check_target, eod.axes[:6], move, at)
-    assert found.code is ErrorCode.SOFT_LIMIT
-    assert found.details["axis"] == "kingkong.3"
-    assert found.details["bound"] == found.details["nearest_allowed"] == pytest.approx(math.radians(bound))
-    assert found.details["value"] == pytest.approx(math.radians(start * relative + target))
-
-
-def test_the_limit_itself_is_allowed(eod: Cell) -> None:
-    high = eod.axes[0].soft_limits[1]
-    admission.check_target(eod.axes[:6], JointMove(target=(high,) * 6), (0.0,) * 6)
-    admission.check_target(eod.axes[:6], JointMove(target=(0.0,) * 6, relative=True), (high,) * 6)
-
-
-def test_a_relative_move_that_overflows_is_refused(eod: Cell) -> None:
-    move = JointMove(target=(1.7e308,) * 6, relative=True)
-    assert refusal(admission.check_target, eod.axes[:6], move, (1.7e308,) * 6).code is ErrorCode.SOFT_LIMIT

@@ -11,9 +11,12 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.commands import MoveRequest
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.keys import VERBS
+from axisync_schemas.moves import CircularMove, JointMove, LinearMove, PathMove, SequenceMove
 from axisync_service.actioner.requests import MAX_ERRORS, MODELS, Unreadable, members_of, parse
 
 GOOD: dict[str, Any] = {"group": "kingkong", "move": {"target": [0.0] * 6}}
+DWELL = {"kind": "dwell", "duration_s": 1.0}
+POSE = {"position": [0.0, 0.0, 0.1]}
 REQUEST_ID = "00000000-0000-4000-8000-000000000001"
 
 
@@ -25,9 +28,28 @@ def fault(verb: str, body: bytes | dict[str, Any]) -> Unreadable:
 
 
 def test_a_good_move() -> None:
+    """A joint move where no kind is named."""
     request = parse("move", json.dumps(GOOD).encode())
     assert isinstance(request, MoveRequest)
-    assert request.move.target == (0.0,) * 6
+    assert request.move == JointMove(target=(0.0,) * 6)
+
+
+@pytest.mark.parametrize(
+    ("move", "model"),
+    [
+        ({"kind": "joint", "target": POSE, "frame": "body"}, JointMove),
+        ({"kind": "linear", "target": POSE | {"euler_zyz": [0.1, 0.2, 0.3]}, "retime": False}, LinearMove),
+        ({"kind": "linear", "target": {"kingkong": POSE, "wukong": POSE}, "relative": True}, LinearMove),
+        ({"kind": "circular", "via": POSE, "target": POSE | {"quaternion": [0.0, 0.0, 0.0, 1.0009]}}, CircularMove),
+        ({"kind": "path", "curve": {"type": "helix", "centre": [0.0, 0.0, 1.0], "pitch": 0.1}}, PathMove),
+        ({"kind": "path", "curve": {"type": "lissajous", "amplitude": [1, 1, 1], "frequency": [1, 2, 3]}}, PathMove),
+        ({"kind": "sequence", "steps": [DWELL, {"kind": "linear", "target": POSE}] * 128}, SequenceMove),
+    ],
+)
+def test_every_kind_of_move(move: dict[str, Any], model: type) -> None:
+    request = parse("move", json.dumps(GOOD | {"move": move}).encode())
+    assert isinstance(request, MoveRequest)
+    assert isinstance(request.move, model)
 
 
 @pytest.mark.parametrize("verb", [verb for verb in VERBS if verb not in MODELS])
@@ -60,6 +82,26 @@ def test_what_is_no_json_object(raw: bytes) -> None:
         ({"move": {"target": [[[[0.0]]]]}}, "move.target[0]"),
         ({"move": {"target": [0.0], "speed": 1}}, "move.speed"),
         ({"move": {"target": [0.0], "kind": "spiral"}}, "move.kind"),
+        ({"move": 5}, "move"),
+        ({"move": {"kind": "sequence", "steps": []}}, "move.steps"),
+        ({"move": {"kind": "sequence", "steps": [DWELL] * 257}}, "move.steps"),
+        ({"move": {"kind": "sequence", "steps": [DWELL] * 10_000}}, "move.steps"),
+        ({"move": {"kind": "sequence", "steps": [DWELL, {"kind": "spiral"}]}}, "move.steps[1]"),
+        ({"move": {"kind": "sequence", "steps": [{"kind": "sequence", "steps": [DWELL]}]}}, "move.steps[0]"),
+        ({"move": {"kind": "sequence", "steps": [{"kind": "dwell", "duration_s": 0}]}}, "move.steps[0].duration_s"),
+        ({"move": {"kind": "linear"}}, "move.target"),
+        ({"move": {"kind": "linear", "target": {"position": [0.0, 0.0]}}}, "move.target.position[2]"),
+        ({"move": {"kind": "linear", "target": POSE | {"quaternion": [0.0, 0.0, 0.0, 1.002]}}}, "move.target"),
+        ({"move": {"kind": "linear", "target": POSE | {"quaternion": [0.0] * 4}}}, "move.target"),
+        ({"move": {"kind": "linear", "target": POSE, "linear_limits": [0.1, 0.0, 1.0]}}, "move.linear_limits[1]"),
+        ({"move": {"kind": "linear", "target": POSE, "frame": "moon"}}, "move.frame"),
+        ({"move": {"kind": "linear", "target": POSE, "retime": 1}}, "move.retime"),
+        ({"move": {"kind": "circular", "target": POSE}}, "move.via"),
+        ({"move": {"kind": "path", "curve": {"type": "spiral"}}}, "move.curve"),
+        (
+            {"move": {"kind": "path", "curve": {"type": "circle", "centre": [0, 0, 1], "angle": 1e9}}},
+            "move.curve.angle",
+        ),
         ({"move": {"target": [0.0], "duration_s": 0}}, "move.duration_s"),
         ({"move": {"target": [0.0], "relative": 1}}, "move.relative"),
         ({"speed_scale": 0}, "speed_scale"),

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
@@ -54,6 +55,20 @@ def test_ctrl_c_stops_the_move_and_waits(peer: Peer, command: Command) -> None:
     assert process.returncode == 130
     assert peer.moves["m-1"].ended is MoveStatus.STOPPED
     assert "stopping kingkong" in errors
+    assert errors.endswith("kingkong standstill\n")
+    assert not peer.leases
+
+
+def test_ctrl_c_stops_a_program(peer: Peer, command: Command, tmp_path: Path) -> None:
+    peer.states["kingkong"] = "standstill"
+    program = tmp_path / "wait.toml"
+    step = '[[steps]]\nkind = "dwell"\nduration_s = 60\n'
+    program.write_text('schema = 1\nname = "wait"\ngroup = "kingkong"\n' + step * 60)
+    process = command("run", str(program))
+    wait_until(lambda: peer.moves)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert (process.returncode, peer.moves["m-1"].ended) == (130, MoveStatus.STOPPED)
     assert errors.endswith("kingkong standstill\n")
     assert not peer.leases
 

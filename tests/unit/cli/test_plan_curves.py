@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from axisync_cli.plan_curves import curves, sampled
+from axisync_cli.scalars import Scalar
 from axisync_motion import synchronise
 from axisync_schemas.replies import MoveReply
 
@@ -50,11 +51,23 @@ def test_curves_begin_where_the_axis_stands() -> None:
         T=((1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0), (1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0)),
         U=((1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0), (0.0,) * 7), minimum_s=(4.0, 0.0),
     )  # fmt: skip
-    drawn = curves(reply, (np.pi, -np.pi / 2), "constant")
+    scalars = (Scalar("g.1", "deg", np.pi, True), Scalar("g.2", "deg", -np.pi / 2, True))
+    drawn = curves(reply, scalars, "constant")
     assert drawn.names == ("g.1", "g.2")
     assert drawn.duration == 4.0
     assert [values[0, 0] for values in drawn.values] == pytest.approx([180.0, -90.0])
     assert [values[0, -1] for values in drawn.values] == pytest.approx([180.0 + np.degrees(2.0), -90.0])
+
+
+def test_lengths_and_angles_of_a_path_in_their_own_units() -> None:
+    reply = MoveReply(
+        request_id="", now_s=0.0, move_id=None, group="g", duration_s=4.0, scalars=("length", "rotation"),
+        limiting="length", T=((1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0),) * 2, minimum_s=(4.0, 0.0),
+        U=((0.05, 0.0, -0.05, 0.0, -0.05, 0.0, 0.05),) * 2,
+    )  # fmt: skip
+    drawn = curves(reply, (Scalar("length", "mm", 0.0, False), Scalar("rotation", "deg", 0.0, False)), "constant")
+    assert (drawn.names, drawn.unit) == (("length, mm", "rotation, deg"), "mm, deg")
+    assert [values[0, -1] for values in drawn.values] == pytest.approx([100.0, np.degrees(0.1)])
 
 
 def test_nothing_moves() -> None:

@@ -52,6 +52,24 @@ def test_a_plan_is_drawn_for_programs_too(run: Run, tmp_path: Path) -> None:
     assert path.read_bytes().startswith(PNG)
 
 
+def test_a_path_is_drawn_with_both_of_its_units(run: Run, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "line.svg"
+    assert run("plan", "kingkong", "--linear", "300,0,120mm", "--plot", str(path)).code == 0
+    words = {element.text for element in ElementTree.parse(path).iter() if element.tag.endswith("text")}
+    assert {"velocity, mm/s, deg/s", "length, mm", "rotation, deg"} <= words
+
+
+def test_several_steps_cannot_be_drawn(run: Run, peer: Peer, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    program = tmp_path / "wait.toml"
+    program.write_text('schema = 1\nname = "w"\ngroup = "kingkong"\n[[steps]]\nkind = "dwell"\nduration_s = 1')
+    shown = run("plan", "--file", str(program), "--plot", str(tmp_path / "wait.svg"))
+    assert (shown.code, shown.err.count("\n")) == (1, 1)
+    assert "has no curves in its plan" in shown.err
+    assert not any(verb == "plan" for verb, _, _ in peer.requests)
+
+
 def test_two_arms_fit_into_one_picture(run: Run, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     path = tmp_path / "both.svg"

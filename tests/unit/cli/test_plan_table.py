@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from axisync_cli.plan_table import number, peaks, plan_table
+from axisync_cli.plan_table import number, peaks, plan_table, summary
+from axisync_cli.scalars import Scalar
 from axisync_motion import synchronise
-from axisync_schemas.replies import MoveReply
+from axisync_schemas.replies import AloneReport, MoveReply
 
 
 @pytest.mark.parametrize("pulse", ["constant", "parabolic"])
@@ -55,10 +56,38 @@ def test_a_hard_move_fits_into_80_columns() -> None:
         minimum_s=tuple(profile.minimum_durations.tolist()), limiting=names[1],
     )  # fmt: skip
     console = Console(width=80, record=True, file=io.StringIO())
-    table = plan_table(reply, tuple(np.radians(start)), tuple(np.radians(end)), False, "constant")
+    scalars = tuple(Scalar(name, "deg", math.radians(at), True) for name, at in zip(names, start, strict=True))
+    table = plan_table(reply, scalars, "constant")
     console.print(table)
     shown = console.export_text()
     assert "…" not in shown
     assert "kingkong.2 *" in shown
     assert "-11459" in shown
+    assert all(f"{value:.2f}" in shown for value in (*start, *end))
     assert console.measure(table).minimum <= 80
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({}, "k would take 2.000 s: nothing moves"),
+        ({"limiting": "length"}, "k would take 2.000 s, limited by length"),
+        ({"limiting": "k.5", "scale": 1.8}, "\nstretched 1.8 times, or k.5 would exceed its limits"),
+        ({"min_distance_m": 0.0123, "nearest": ("k.3", "body")}, "\nk.3 and body come nearest, 12.3 mm apart"),
+        (
+            {"alone": AloneReport(limit_margin=0.1, axis="k.2", min_distance_m=0.004)},
+            "\ndrives that stop by themselves would leave 5.7 deg to the hard limit of k.2 and 4.0 mm between shapes",
+        ),
+        ({"alone": AloneReport(limit_margin=0.1, axis="k.2")}, "to the hard limit of k.2"),
+        ({"end": (0.1, 0.0)}, "\nends with the joints at 5.73,0.00deg"),
+        ({"warnings": ("slow",)}, "\nwarning: slow"),
+    ],
+)
+def test_what_is_said_of_a_plan(fields: dict[str, object], said: str) -> None:
+    reply = MoveReply(
+        request_id="", now_s=0.0, move_id=None, group="k", duration_s=2.0, scalars=("length",), T=((0.0,) * 7,),
+        U=((0.0,) * 7,), minimum_s=(0.0,), limiting=None,
+    ).model_copy(update=fields)  # fmt: skip
+    text = summary(reply, (Scalar("length", "mm", 0.0, False),))
+    assert said in text
+    assert text.endswith(said.rpartition("\n")[2])

@@ -1,10 +1,21 @@
 import math
+from collections.abc import Callable
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from axisync_cli.quantities import duration_s, joint_target, speed_scale
+from axisync_cli.quantities import (
+    angular_limits,
+    duration_s,
+    euler,
+    joint_target,
+    linear_limits,
+    member_and_point,
+    point,
+    quaternion,
+    speed_scale,
+)
 
 RIGHT = math.radians(90)
 
@@ -73,3 +84,33 @@ def test_durations(text: str, value: float) -> None:
 def test_other_durations(text: str) -> None:
     with pytest.raises(ValueError, match=r"must be above 0|is no number|the unit"):
         duration_s(text)
+
+
+def test_points_angles_and_limits() -> None:
+    assert point("300,0,-120.5mm") == pytest.approx((0.3, 0.0, -0.1205), abs=1e-15)
+    assert point("0.3, 0, 0.1") == (0.3, 0.0, 0.1)
+    assert point("1m,2mm,3m") == (1.0, 0.002, 3.0)
+    assert member_and_point("kingkong=1,2,3m") == ("kingkong", (1.0, 2.0, 3.0))
+    assert member_and_point("1,2,3m") == (None, (1.0, 2.0, 3.0))
+    assert euler("0,90,0deg") == pytest.approx((0.0, RIGHT, 0.0))
+    assert quaternion("0,0,0.6,-0.8") == (0.0, 0.0, 0.6, -0.8)
+    assert linear_limits("150,200,300mm") == pytest.approx((0.15, 0.2, 0.3))
+    assert angular_limits("90,90,90deg") == pytest.approx((RIGHT,) * 3)
+
+
+@pytest.mark.parametrize(
+    ("parse", "text", "message"),
+    [
+        (point, "1,2mm", "must be 3 values, x, y and z, not 2"),
+        (point, "1,2,3deg", "the unit 'deg' is none of mm, m"),
+        (point, "1mm,2,3", "some values have a unit"),
+        (member_and_point, "a=b=1", "must be 3 values"),
+        (euler, "1,2,3mm", "the unit 'mm' is none of deg, rad"),
+        (quaternion, "0,0,0", "must be 4 values"),
+        (quaternion, "0,0,0,1deg", "the unit 'deg'"),
+        (linear_limits, "1,2", "velocity, acceleration and jerk"),
+    ],
+)
+def test_others_say_what_is_wrong(parse: Callable[[str], object], text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        parse(text)

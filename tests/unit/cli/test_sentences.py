@@ -3,6 +3,7 @@ import pytest
 from axisync_cli import sentences
 from axisync_client import LeaseLost, Refused, Unavailable
 from axisync_schemas.errors import ErrorBody, ErrorCode
+from axisync_schemas.replies import MoveReply, StepReport
 
 
 def refused(code: ErrorCode, message: str, **details: object) -> Refused:
@@ -40,3 +41,14 @@ def refused(code: ErrorCode, message: str, **details: object) -> Refused:
 )
 def test_one_sentence_with_the_fix(error: Refused, group: str | None, sentence: str) -> None:
     assert sentences.of_error(error, group) == sentence
+
+
+def test_the_bar_names_the_step() -> None:
+    steps = tuple(StepReport(kind="dwell", begins_s=at, duration_s=1.0, limiting=None) for at in (0.0, 1.0, 3.0))
+    reply = MoveReply(
+        request_id="", now_s=0.0, move_id="m", group="k", duration_s=4.0, scalars=(), T=(), U=(), minimum_s=(),
+        limiting=None, steps=steps,
+    )  # fmt: skip
+    said = [sentences.of_progress(reply, progress) for progress in (0.0, 0.3, 0.74, 0.75, 1.0)]
+    assert said == [f"k step {number} of 3" for number in (1, 2, 2, 3, 3)]
+    assert sentences.of_progress(reply.model_copy(update={"steps": ()}), 0.5) == "k"

@@ -3,8 +3,7 @@ import math
 
 import pytest
 
-from axisync_client import InvalidArgument, UnexpectedReply, calls
-from axisync_client.calls import JointOptions
+from axisync_client import Circle, InvalidArgument, UnexpectedReply, calls, moves
 
 
 def test_keys_of_commands_and_queries() -> None:
@@ -14,7 +13,7 @@ def test_keys_of_commands_and_queries() -> None:
 
 
 def test_a_move_on_the_wire() -> None:
-    call = calls.move_joint("kingkong", [0.5, -1], JointOptions(relative=True, duration_s=8, speed_scale=0.5), "token")
+    call = calls.move("kingkong", moves.joint([0.5, -1], relative=True, duration_s=8), 0.5, "token")
     body = json.loads(call.payload(12.5))
     assert body.pop("request_id")
     assert body == {
@@ -26,9 +25,11 @@ def test_a_move_on_the_wire() -> None:
             "kind": "joint",
             "target": [0.5, -1.0],
             "relative": True,
+            "frame": "base",
             "minimise": "acceleration",
             "duration_s": 8.0,
             "pulse": "constant",
+            "contacts": [],
         },
         "speed_scale": 0.5,
     }
@@ -53,20 +54,22 @@ def test_take_and_acquire() -> None:
     assert actions == ["acquire", "take"]
 
 
-@pytest.mark.parametrize(
-    ("options", "path"),
-    [
-        (JointOptions(speed_scale=0.0), "speed_scale"),
-        (JointOptions(speed_scale=1.01), "speed_scale"),
-        (JointOptions(duration_s=-1.0), "duration_s"),
-        (JointOptions(duration_s=math.nan), "duration_s"),
-        (JointOptions(minimise="time"), "minimise"),  # type: ignore[arg-type]
-        (JointOptions(pulse="square"), "pulse"),  # type: ignore[arg-type]
-    ],
-)
-def test_arguments_no_daemon_would_take_name_their_path(options: JointOptions, path: str) -> None:
-    with pytest.raises(InvalidArgument, match=path):
-        calls.plan_joint("kingkong", [0.0], options)
+@pytest.mark.parametrize("scale", [0.0, 1.01, math.nan, "fast"])
+def test_a_speed_scale_no_daemon_would_take(scale: float) -> None:
+    with pytest.raises(InvalidArgument, match="speed_scale"):
+        calls.plan("kingkong", moves.joint([0.0]), scale)
+
+
+def test_any_move_is_sent_as_it_is() -> None:
+    for move in (
+        moves.linear([0, 0, 1]),
+        moves.circular([0, 0, 1], [0, 1, 1]),
+        moves.path(Circle(centre=(0.1, 0.0, 0.0))),
+        moves.sequence([moves.dwell(1), moves.joint([0.0])]),
+    ):
+        body = json.loads(calls.plan("kingkong", move, 1.0).payload(None))
+        assert body["move"] == json.loads(move.model_dump_json(exclude_none=True))
+        assert "lease" not in body
 
 
 def test_names_that_are_none() -> None:

@@ -1,17 +1,34 @@
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from axisync_client import Client, InvalidArgument, Refused, TimedOut, Unavailable, UnexpectedReply
+from axisync_client import (
+    Circle,
+    Client,
+    InvalidArgument,
+    Refused,
+    TimedOut,
+    Unavailable,
+    UnexpectedReply,
+    mm,
+    moves,
+    pose,
+)
 from axisync_schemas.errors import ErrorCode, Refusal
+from axisync_schemas.programs import read_program
 from support.cell_peer import Peer, free_port
 
 
 def test_what_is_so(client: Client, peer: Peer) -> None:
     assert client.cell == "eod"
     assert client.info().version == "9.9"
-    assert client.config() == peer.cell
+    config = client.config()
+    assert [axis.name for axis in config.axes] == [axis.name for axis in peer.cell.axes]
+    for axis, theirs in zip(config.axes, peer.cell.axes, strict=True):  # degrees on the wire: off by a rounding
+        assert axis.hard_limits == pytest.approx(theirs.hard_limits, rel=1e-15)
+        assert axis.limits == theirs.limits
     assert set(client.state().groups) == {"kingkong", "wukong"}
 
 
@@ -105,6 +122,44 @@ def test_a_plan_moves_nothing(client: Client, peer: Peer) -> None:
     assert (reply.move_id, reply.duration_s, len(reply.T)) == (None, 20.0, 6)
     assert not peer.moves
     assert peer.requests[-1][2]["move"]["pulse"] == "parabolic"
+
+
+def test_plans_of_every_kind(client: Client, peer: Peer) -> None:
+    twelve = client.plan_linear("both", {"kingkong": mm(0, 0, 50), "wukong": pose([0.1, 0.0, 0.0])}, relative=True)
+    assert twelve.scalars == ("kingkong.length", "kingkong.rotation", "wukong.length", "wukong.rotation")
+    assert client.plan_linear("kingkong", mm(300, 0, 120), speed_scale=0.5).scale == 1.8
+    assert client.plan_joint("kingkong", pose([0.3, 0.0, 0.1]), frame="body").limiting == "kingkong.5"
+    assert client.plan_circular("kingkong", mm(1, 1, 0), mm(2, 0, 0), frame="tool").duration_s == 4.0
+    assert client.plan_path("kingkong", Circle(centre=(0.1, 0.0, 0.0)), pulse="parabolic").duration_s == 4.0
+    steps = client.plan_sequence("kingkong", [moves.joint(np.zeros(6), duration_s=1), moves.dwell(0.5)]).steps
+    assert [step.kind for step in steps] == ["joint", "dwell"]
+    sent = [body for verb, _, body in peer.requests if verb == "plan"]
+    assert [body["move"]["kind"] for body in sent] == ["linear", "linear", "joint", "circular", "path", "sequence"]
+    assert sent[0]["move"]["target"]["kingkong"] == {"position": [0.0, 0.0, 0.05]}
+    assert sent[1]["speed_scale"] == 0.5
+    assert not peer.moves
+
+
+def test_a_program_of_a_file_or_in_memory(client: Client, peer: Peer, tmp_path: Path) -> None:
+    path = tmp_path / "nod.toml"
+    path.write_text(
+        'schema = 1\nname = "nod"\ngroup = "kingkong"\nspeed_scale = 0.5\n[[steps]]\nkind = "dwell"\nduration_s = 1'
+    )
+    for program in (path, str(path), read_program(path)):
+        assert client.plan_program(program, speed_scale=0.5).steps[0].kind == "dwell"
+        assert (peer.requests[-1][2]["group"], peer.requests[-1][2]["speed_scale"]) == ("kingkong", 0.25)
+    with pytest.raises(InvalidArgument, match=r"no\.toml: cannot be read"):
+        client.plan_program(tmp_path / "no.toml")
+
+
+def test_a_refusal_of_a_path_has_a_fix(client: Client, peer: Peer) -> None:
+    nearest = {"position": [0.3, 0.0, 0.1], "quaternion": [0.0, 0.0, 0.0, 1.0]}
+    peer.refusals["plan"] = Refusal(ErrorCode.UNREACHABLE, "out of reach by 12 mm", nearest_reachable=nearest)
+    with pytest.raises(
+        Refused, match=r"UNREACHABLE: out of reach by 12 mm: the nearest .* 300\.00,0\.00,100\.00mm"
+    ) as caught:
+        client.plan_linear("kingkong", mm(900, 0, 0))
+    assert caught.value.details["nearest_reachable"] == nearest
 
 
 def test_a_closed_client_says_so(peer: Peer) -> None:

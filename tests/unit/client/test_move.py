@@ -8,14 +8,18 @@ from axisync_client import (
     Client,
     Lease,
     LeaseLost,
+    Lissajous,
     MoveFailed,
     MoveHeld,
     MoveStatus,
     MoveStopped,
     MoveTimedOut,
+    Program,
     Refused,
     Unavailable,
     deg,
+    mm,
+    moves,
 )
 from support.cell_peer import Peer
 
@@ -48,6 +52,24 @@ def test_what_a_move_asks_for(arm: Lease, peer: Peer) -> None:
     assert verb == "move"
     assert (body["speed_scale"], body["move"]["minimise"], body["move"]["pulse"]) == (0.5, "jerk", "parabolic")
     assert body["not_after_s"] == pytest.approx(time.monotonic() + 5.0, abs=1.0)
+
+
+def test_moves_of_every_kind(client: Client, peer: Peer) -> None:
+    with client.lease("both") as arms:
+        arms.enable()
+        one = {"group": "kingkong"}
+        arms.move_linear({"kingkong": mm(0, 0, 50), "wukong": mm(0, 0, 50)}, relative=True)
+        arms.move_circular(mm(1, 1, 0), mm(2, 0, 0), **one)
+        arms.move_path(Lissajous(amplitude=(0.1, 0.1, 0.0), frequency=(1.0, 2.0, 0.0)), **one)
+        arms.move_sequence([moves.dwell(0.1)], **one, speed_scale=0.5)
+        arms.run_program(Program(name="wait", group="wukong", move=moves.sequence([moves.dwell(0.1)])))
+        arms.move(moves.linear(mm(1, 0, 0)), **one)
+    sent = [(body["group"], body["move"]["kind"]) for verb, _, body in peer.requests if verb == "move"]
+    assert sent == [
+        ("both", "linear"), ("kingkong", "circular"), ("kingkong", "path"), ("kingkong", "sequence"),
+        ("wukong", "sequence"), ("kingkong", "linear"),
+    ]  # fmt: skip
+    assert all(body["lease"] for verb, _, body in peer.requests if verb == "move")
 
 
 def test_a_disabled_group_refuses(client: Client) -> None:

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from axisync_client import InvalidArgument, deg, to_deg
-from axisync_client.units import as_target
+from axisync_client import InvalidArgument, deg, mm, to_deg, to_mm
+from axisync_client.units import as_floats
 
 
 def test_degrees_of_values_a_sequence_and_an_array() -> None:
@@ -19,9 +19,15 @@ def test_degrees_and_back() -> None:
     assert to_deg(deg(12.5, -3.0)) == pytest.approx([12.5, -3.0], abs=1e-12)
 
 
+def test_millimetres_and_back() -> None:
+    assert mm(300, 0, -0.5).tolist() == [0.3, 0.0, -0.0005]
+    assert mm([300]).tolist() == mm(300).tolist() == [0.3]
+    assert to_mm(mm(12.5, -3.0)) == pytest.approx([12.5, -3.0], abs=1e-12)
+
+
 @pytest.mark.parametrize("values", [(1, 2.5), [1, 2.5], np.array([1, 2.5]), np.array([1, 2.5], dtype=np.float32)])
 def test_targets_become_tuples_of_plain_floats(values: object) -> None:
-    target = as_target(values)  # type: ignore[arg-type]
+    target = as_floats(values, "target")  # type: ignore[arg-type]
     assert target == (1.0, 2.5)
     assert {type(value) for value in target} == {float}
 
@@ -41,4 +47,4 @@ def test_targets_become_tuples_of_plain_floats(values: object) -> None:
 )
 def test_other_targets_are_refused_before_anything_is_sent(values: object, message: str) -> None:
     with pytest.raises(InvalidArgument, match=message):
-        as_target(values)  # type: ignore[arg-type]
+        as_floats(values, "target")  # type: ignore[arg-type]

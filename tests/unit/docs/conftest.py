@@ -2,6 +2,7 @@
 
 import importlib.util
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -10,17 +11,26 @@ import pytest
 DOCS = Path(__file__).parents[3] / "docs"
 
 
-@pytest.fixture(scope="module")
-def script() -> ModuleType:
-    """draw_figures.py, with its neighbour. Skips without what it draws and compares with."""
-    pytest.importorskip("matplotlib")
-    pytest.importorskip("ruckig")
+def loaded(name: str, needs: tuple[str, ...]) -> Iterator[ModuleType]:
+    """A script with its neighbours. Skips without what it draws with and compares with."""
+    for package in needs:
+        pytest.importorskip(package)
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(DOCS)
-        spec = importlib.util.spec_from_file_location("draw_figures", DOCS / "draw_figures.py")
+        spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
         assert spec is not None
         assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         patch.setitem(sys.modules, spec.name, module)
         spec.loader.exec_module(module)
-        return module
+        yield module
+
+
+@pytest.fixture(scope="module")
+def script() -> Iterator[ModuleType]:
+    yield from loaded("draw_figures", ("matplotlib", "ruckig"))
+
+
+@pytest.fixture(scope="module")
+def arms() -> Iterator[ModuleType]:
+    yield from loaded("draw_arms", ("matplotlib", "ruckig", "toppra"))

@@ -6,36 +6,23 @@ Not the bytes are compared, which depend on the version of matplotlib, but the c
 import re
 from pathlib import Path
 from types import ModuleType
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 from axisync_cli import plan_plot
 from axisync_cli.plan_curves import Curves
+from support.drawn import lines_in
 
 FIGURES = Path(__file__).parents[3] / "docs" / "figures"
 NAMES = [*(f"figure-{number:02}" for number in (*range(6, 15), 16)), "pulses"]
-SVG = "{http://www.w3.org/2000/svg}"
-POINT = re.compile(r"[ML] ([-0-9.e]+) ([-0-9.e]+)")
 DRAWN = 1e-4
 """Of a panel's height: digits of a coordinate in the file."""
 
 
 def committed(name: str, curves: Curves, size: tuple[float, float]) -> dict[str, np.ndarray]:
     """[k, 2] times and values of each line in the file, read by the scales that a drawing of `curves` has."""
-    tree = ElementTree.parse(FIGURES / f"{name}.svg")
-    figure = plan_plot.draw(curves, size)
-    figure.set_dpi(72.0)  # of the file: its unit is the point
-    height = 72.0 * size[1]
-    lines = {}
-    for panel, (title, _) in zip(figure.axes, plan_plot.PANELS, strict=True):
-        panel.get_xlim(), panel.get_ylim()  # these fix the scales
-        for axis in range(1, len(curves.names) + 1):
-            (path,) = tree.findall(f".//{SVG}g[@id='{title}-{axis}']/{SVG}path")
-            points = np.array([[float(x), height - float(y)] for x, y in POINT.findall(path.get("d", ""))])
-            lines[f"{title}-{axis}"] = panel.transData.inverted().transform(points)
-    return lines
+    return lines_in(FIGURES / f"{name}.svg", plan_plot.draw(curves, size))
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +32,7 @@ def lines(script: ModuleType) -> dict[str, dict[str, np.ndarray]]:
 
 def test_every_drawing_is_committed_and_shown(script: ModuleType) -> None:
     page = (FIGURES.parent / "planner.md").read_text()
-    assert sorted(script.DRAWINGS) == sorted(NAMES) == sorted(path.stem for path in FIGURES.iterdir())
+    assert sorted(script.DRAWINGS) == sorted(NAMES) == sorted(path.stem for path in FIGURES.glob("[!a]*"))
     assert sorted(re.findall(r"\(figures/(.*?)\.svg\)", page)) == sorted(NAMES)
 
 

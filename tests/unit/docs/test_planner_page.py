@@ -27,7 +27,7 @@ def test_table_is_current(script: ModuleType, name: str) -> None:
 
 
 def test_every_mark_has_its_table(script: ModuleType) -> None:
-    assert PAGE.count("written by draw_figures.py -->") == len(script.TABLES)
+    assert PAGE.count("written by make figures -->") == len(script.TABLES)
     assert PAGE.count("<!-- end -->") == len(script.TABLES)
 
 

@@ -4,10 +4,9 @@ import math
 
 import numpy as np
 import pytest
+import ssik
 
 from support.arms import cell, rows_of, solver
-
-ssik = pytest.importorskip("ssik")
 
 
 @pytest.mark.parametrize("index", [0, 1])

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from axisync_robot.arm import Arm, rotation_x, rotation_y, rotation_z
+from axisync_robot.arm import Arm
+from axisync_robot.chain import chain_of_rows, rotation_x, rotation_y, rotation_z
 from axisync_schemas.cell import Cell, DenavitHartenberg, Pose, read_cell
 
 Array = NDArray[np.float64]
@@ -67,7 +68,7 @@ def test_forward_is_the_product_of_dh_matrices(cell: Cell, group: int) -> None:
 
 
 def test_the_paper_s_pose(cell: Cell) -> None:
-    arm = Arm(Pose(), rows_of(cell, 0))
+    arm = Arm(Pose(), chain_of_rows(rows_of(cell, 0)))
     pose = arm.placement(np.radians([-90, -150, 45, -90, -90, -90]))
     assert pose[:3, 3] == pytest.approx([-0.0928, -0.25277, 0.6108], abs=5e-5)
     r = pose[:3, :3]
@@ -81,7 +82,7 @@ def test_theta_offsets_and_a_base_turned_about_all_axes(cell: Cell) -> None:
     rows = [row.model_copy(update={"theta": 0.1 * i - 0.2}) for i, row in enumerate(rows_of(cell, 1))]
     base = Pose.model_validate({"position_m": (0.1, -0.2, 0.3), "rpy_deg": (10.0, 20.0, -30.0)})
     q = np.array([0.3, -1.0, 0.7, 2.0, -0.4, 1.1])
-    assert np.abs(Arm(base, rows).placement(q) - product(base, rows, q)).max() < 1e-12
+    assert np.abs(Arm(base, chain_of_rows(rows)).placement(q) - product(base, rows, q)).max() < 1e-12
 
 
 def test_a_group_without_rows_has_no_arm(cell: Cell) -> None:
@@ -103,3 +104,29 @@ def test_right_angles_are_exact() -> None:
         assert set(np.abs(quarter).ravel().tolist()) == {0.0, 1.0}
         assert np.array_equal(quarter @ quarter @ quarter @ quarter, np.eye(3))
         assert np.array_equal(turn(-math.pi / 2), quarter.T)
+
+
+TOOL = Pose.model_validate({"position_m": (0.02, -0.03, 0.15), "rpy_deg": (20.0, -30.0, 50.0)})
+
+
+@pytest.mark.parametrize("group", [0, 1])
+def test_a_tool_s_frame_follows_the_flange_s(cell: Cell, group: int) -> None:
+    fitted = cell.groups[group].model_copy(update={"tool": TOOL})
+    arm = Arm.of(fitted)
+    assert arm is not None
+    q = np.random.default_rng(6).uniform(-math.pi, math.pi, (100, 6))
+    expected = np.stack([product(fitted.base, rows_of(cell, group), row) @ product(TOOL, [], q[:0]) for row in q])
+    assert np.abs(np.stack([arm.placement(row) for row in q]) - expected).max() < 1e-12
+    assert np.abs(arm.placements(q) - expected).max() < 1e-12
+    pose, jacobian = arm.jacobian(q[0])
+    for joint, step in enumerate(1e-6 * np.eye(6)):
+        slope = (arm.placement(q[0] + step) - arm.placement(q[0] - step)) / 2e-6
+        turn = slope[:3, :3] @ pose[:3, :3].T
+        assert jacobian[:, joint] == pytest.approx([*slope[:3, 3], turn[2, 1], turn[0, 2], turn[1, 0]], abs=1e-8)
+
+
+def test_placements_need_rows_of_angles(cell: Cell) -> None:
+    arm = Arm.of(cell.groups[0])
+    assert arm is not None
+    with pytest.raises(ValueError, match="rows of 6 joint angles"):
+        arm.placements([0.0] * 6)

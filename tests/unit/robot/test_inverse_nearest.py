@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from axisync_robot.inverse_nearest import nearest_reachable
+from axisync_schemas.cell import Pose
 from support.arms import cell, down, solver
 
 Array = NDArray[np.float64]
@@ -67,3 +68,18 @@ def test_a_reachable_pose_is_its_own_nearest() -> None:
 def test_limits_that_leave_nothing() -> None:
     shut = solver(cell().groups[0], 1e-6)
     assert nearest_reachable(shut, down(-0.2719, 0.157, 0.3), np.zeros(6)) is None
+
+
+def test_with_a_tool_the_tool_is_brought_near() -> None:
+    tool = Pose.model_validate({"position_m": (0.0, 0.1, 0.3), "rpy_deg": (90.0, 0.0, 0.0)})
+    group = cell().groups[0]
+    bare, fitted = solver(group), solver(group.model_copy(update={"tool": tool}))
+    target = down(-0.6, 0.5, 0.4)
+    found = nearest_reachable(fitted, target, np.zeros(6))
+    assert found is not None
+    assert found.distance > 0.01
+    assert fitted.solve(found.pose[None], np.zeros(6)).within.any()
+    # The same search for the flange alone, where it would have to be.
+    flange = nearest_reachable(bare, fitted.flange(target), np.zeros(6))
+    assert flange is not None
+    assert found.distance == pytest.approx(flange.distance, rel=1e-5)

@@ -16,10 +16,11 @@ from axisync_robot.inverse_errors import (
     StartsElsewhere,
     Unreachable,
 )
+from axisync_robot.numeric_inverse import NumericInverse
 from axisync_robot.poses import distances, pose_of, rotation_of_vector
 from axisync_robot.ur_inverse import UrInverse
 from axisync_schemas.cell import Group
-from support.arms import cell, down, line, solver
+from support.arms import arm_of, cell, down, line, solver
 
 Array = NDArray[np.float64]
 KINGKONG, WUKONG = cell().groups
@@ -148,15 +149,102 @@ def test_the_first_pose_out_of_reach_is_sample_zero() -> None:
     assert 1e-8 < error.distance < 1e-6
 
 
-def test_crossing_the_wrist_needs_the_other_branch() -> None:
-    q = ramp(START, START - np.array([0.0, 0.0, 0.0, 0.0, math.radians(60.0), 0.0]), 401)
+def through_the_wrist(count: int, other: float = 0.4) -> Array:
+    """[count, 6]: q5 from 0.5 to -0.5, the others on curves of their own."""
+    share = np.linspace(0.0, 1.0, count)[:, None]
+    q = START + other * np.sin(share * np.array([1.1, 0.7, -0.9, 1.4, 0.0, -1.6]))
+    q[:, 4] = 0.5 - share[:, 0]
+    return q
+
+
+@pytest.mark.parametrize("count", [400, 401, 40])
+def test_straight_through_the_wrist_the_joints_go_on(count: int) -> None:
+    """Between two samples, and with one on the singularity itself: there q6 lies on the curve of its neighbours."""
+    q = through_the_wrist(count)
     inverse = solver(KINGKONG)
-    error = refused(inverse, inverse.forward(q), START)
-    assert isinstance(error, BranchChange)
-    assert error.sample == int((q[:, 4] < -1e-10).argmax())
-    assert error.branch ^ error.other == 1
-    assert error.step < 0.01
-    assert "other wrist" in str(error)
+    assert inverse.solve(inverse.forward(q), START).free.any() == (count % 2 == 1)
+    found = follow(inverse, inverse.forward(q), q[0])
+    middle = slice(count // 2 - 1, count // 2 + 2)
+    assert np.abs(found.angles[middle] - q[middle]).max() < (1e-9 if count > 100 else 1e-5)
+    assert np.abs(np.delete(found.angles - q, middle, axis=0)).max() < 1e-10
+    apart, turn = distances(inverse.forward(found.angles), inverse.forward(q))
+    assert max(apart.max(), turn.max()) < 1e-9
+
+
+def test_a_path_that_ends_at_the_singular_wrist_ends_smoothly() -> None:
+    q = through_the_wrist(401)[:201]
+    inverse = solver(KINGKONG)
+    assert abs(q[-1, 4]) < 1e-15
+    assert np.abs(follow(inverse, inverse.forward(q), q[0]).angles - q).max() < 1e-7
+
+
+def test_through_the_wrist_there_and_back_and_through_its_other_end() -> None:
+    there = through_the_wrist(300)
+    back = np.concatenate([there, there[-2::-1]])
+    inverse = solver(KINGKONG, 5.0)
+    found = follow(inverse, inverse.forward(back), back[0]).angles
+    assert np.abs(found - back).max() < 1e-9
+    past = there + np.array([0.0, 0.0, 0.0, 0.0, math.pi, 0.0])
+    assert np.abs(follow(inverse, inverse.forward(past), past[0]).angles - past).max() < 1e-9
+
+
+def test_numeric_solutions_go_through_the_wrist_too() -> None:
+    q = through_the_wrist(400)
+    arm = arm_of(KINGKONG)
+    numeric = NumericInverse(arm, [-3.0] * 6, [3.0] * 6)
+    assert np.abs(follow(numeric, arm.placements(q), q[0]).angles - q).max() < 1e-6
+
+
+def test_a_corner_at_the_singular_wrist_needs_the_other_branch() -> None:
+    """There the tool stops tilting one way and goes on tilting across it: q4 and q6 would have to turn at once."""
+    inverse = solver(KINGKONG)
+    q = through_the_wrist(200, 0.0)[:100]
+    last = inverse.forward(np.array([*q[-1, :4], 0.0, q[-1, 5]]))
+    tilt = np.linspace(0.0, 0.2, 100)[1:, None] * np.array([math.cos(q[-1, 5]), -math.sin(q[-1, 5]), 0.0])
+    turned = last[:3, :3] @ rotation_of_vector(tilt)
+    d6 = inverse.geometry.d6
+    fifth = last[:3, 3] - d6 * last[:3, 2]
+    poses = np.concatenate([inverse.forward(q), pose_of(fifth + d6 * turned[..., 2], turned)])
+    error = refused(inverse, poses, q[0])
+    assert isinstance(error, BranchChange | Singular)
+    assert error.sample == 100
+
+
+@pytest.mark.parametrize(("miss", "passes"), [(1e-8, True), (1e-5, False), (1e-3, False)])
+def test_how_near_is_through(miss: float, passes: bool) -> None:
+    """Past the singularity at `miss` rad, in steps of 2.5e-3 rad, q4 and q6 swing by half a turn in all truth."""
+    inverse = solver(KINGKONG)
+    q = through_the_wrist(400, 0.0)
+    poses = inverse.forward(q)
+    across = np.array([math.cos(START[5]), -math.sin(START[5]), 0.0])
+    poses[:, :3, :3] = poses[:, :3, :3] @ rotation_of_vector(miss * across)
+    start = inverse.solve(poses[:1], q[0])
+    near = start.angles[0, int(np.nanargmin(np.abs(start.angles[0] - q[0]).max(axis=1)))]
+    if passes:
+        found = follow(inverse, poses, near).angles
+        assert np.abs(np.diff(found, 2, axis=0)).max() < 1e-4
+        apart, turn = distances(inverse.forward(found), poses)
+        assert max(apart.max(), turn.max()) < 1e-9
+        return
+    error = refused(inverse, poses, near)
+    assert isinstance(error, BranchChange | Singular)
+    assert 190 < error.sample < 210
+
+
+def test_a_limit_beyond_the_wrist_is_still_a_limit() -> None:
+    q = through_the_wrist(400)
+    inverse = solver(KINGKONG)
+    low, high = np.full(6, -math.tau), np.full(6, math.tau)
+    low[4] = -0.3
+    bound = UrInverse(inverse.geometry, inverse.base, low, high)
+    error = refused(bound, inverse.forward(q), q[0])
+    assert isinstance(error, LimitReached)
+    assert (error.joint, error.bound) == (4, -0.3)
+    assert error.sample == int((q[:, 4] < -0.3).argmax())
+    low[4] = 0.0
+    at_once = refused(UrInverse(inverse.geometry, inverse.base, low, high), inverse.forward(q), q[0])
+    assert isinstance(at_once, LimitReached)
+    assert (at_once.sample, at_once.joint, at_once.bound) == (200, 4, 0.0)
 
 
 def test_passing_near_a_singular_wrist_is_a_jump() -> None:

@@ -7,9 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from axisync_robot.arm import Arm
+from axisync_robot.chain import chain_of_rows
 from axisync_robot.inverse import follow, inverse_of
 from axisync_robot.inverse_errors import LimitReached, Singular, StartsElsewhere, Unreachable
-from axisync_robot.numeric_inverse import NumericInverse
+from axisync_robot.numeric_inverse import POLISHED, NumericInverse
 from axisync_robot.poses import distances
 from axisync_robot.ur_inverse import UrInverse
 from axisync_schemas.cell import DenavitHartenberg, Pose
@@ -31,7 +32,7 @@ BEND = np.array([0.2, 0.6, -0.3, -1.2, 0.4, 0.9, 0.1])
 
 
 def seven(limit: float = math.tau) -> NumericInverse:
-    found = inverse_of(Arm(Pose(), SEVEN), [-limit] * 7, [limit] * 7)
+    found = inverse_of(Arm(Pose(), chain_of_rows(SEVEN)), [-limit] * 7, [limit] * 7)
     assert isinstance(found, NumericInverse)
     return found
 
@@ -42,7 +43,7 @@ def test_the_kind_of_solver_follows_the_geometry() -> None:
 
 
 def test_jacobian_is_the_slope_of_the_pose() -> None:
-    arm = Arm(Pose(), SEVEN)
+    arm = Arm(Pose(), chain_of_rows(SEVEN))
     pose, jacobian = arm.jacobian(BEND)
     assert np.array_equal(pose, arm.placement(BEND))
     for joint in range(7):
@@ -61,7 +62,7 @@ def test_seeded_near_it_finds_the_pose() -> None:
         found = inverse.solve(pose, q + rng.uniform(-0.2, 0.2, 7))
         assert found.reached
         apart, turn = distances(inverse.arm.placement(found.angles), pose)
-        assert max(apart, turn) < 1e-9
+        assert max(apart, turn) < POLISHED
 
 
 def test_both_solvers_follow_the_same_way() -> None:
@@ -70,7 +71,28 @@ def test_both_solvers_follow_the_same_way() -> None:
     end = arm.placement(START)
     end[:3, 3] += [0.05, -0.04, 0.06]
     poses = line(arm.placement(START), end, 100)
-    assert np.abs(follow(closed, poses, START).angles - follow(numeric, poses, START).angles).max() < 1e-8
+    assert np.abs(follow(closed, poses, START).angles - follow(numeric, poses, START).angles).max() < 1e-12
+
+
+def test_a_path_of_solutions_is_exact_enough_for_third_derivatives() -> None:
+    """Of a smooth path: what the third differences leave beside the path's own is a few units of rounding."""
+    arm = arm_of(cell().groups[0])
+    numeric = NumericInverse(arm, [-3.0] * 6, [3.0] * 6)
+    phase = np.linspace(0.0, math.tau, 701)[:, None]
+    q = START + 0.3 * np.sin(phase + np.arange(6.0))
+    found = numeric.follow(arm.placements(q), q[0]).angles
+    assert np.abs(found - q).max() < 1e-12
+    assert np.abs(np.diff(found - q, 3, axis=0)).max() < 4e-12
+
+
+def test_a_tool_is_brought_to_the_pose() -> None:
+    tool = Pose.model_validate({"position_m": (0.02, -0.03, 0.15), "rpy_deg": (20.0, -30.0, 50.0)})
+    inverse = inverse_of(Arm(Pose(), chain_of_rows(SEVEN), tool), [-3.0] * 7, [3.0] * 7)
+    assert isinstance(inverse, NumericInverse)
+    pose = inverse.arm.placement(BEND)
+    found = inverse.solve(pose, BEND + 0.1)
+    assert found.reached
+    assert max(distances(inverse.arm.placement(found.angles), pose)) < POLISHED
 
 
 def test_seven_joints_follow_a_line() -> None:
@@ -141,3 +163,13 @@ def test_jumps_and_wrong_starts() -> None:
     with pytest.raises(LimitReached) as beyond:
         seven(1.0).follow(first[None], BEND)
     assert (beyond.value.sample, beyond.value.joint, beyond.value.bound) == (0, 3, -1.0)
+
+
+def test_fewer_joints_than_a_pose_has_freedoms() -> None:
+    inverse = NumericInverse(Arm(Pose(), chain_of_rows(SEVEN[:4])), [-3.0] * 4, [3.0] * 4)
+    pose = inverse.arm.placement(BEND[:4])
+    found = inverse.solve(pose, BEND[:4] + 0.1)
+    assert found.reached
+    assert max(distances(inverse.arm.placement(found.angles), pose)) < POLISHED
+    pose[:3, 3] += [0.05, 0.0, 0.0]
+    assert not inverse.solve(pose, BEND[:4]).reached

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from axisync_robot.arm import rotation_x, rotation_y, rotation_z
+from axisync_robot.chain import rotation_x, rotation_y, rotation_z
 from axisync_robot.poses import (
     Frame,
     NotUnitQuaternion,

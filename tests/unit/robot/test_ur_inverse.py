@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from axisync_robot.chain import chain_of_rows
 from axisync_robot.poses import distances, pose_of
 from axisync_robot.ur_inverse import Solutions, UrInverse
-from axisync_robot.ur_inverse_geometry import UrGeometry, ur_geometry
-from axisync_schemas.cell import Group
+from axisync_robot.ur_inverse_geometry import UrGeometry, ur_arm
+from axisync_schemas.cell import Group, Pose
 from support.arms import arm_of, cell, rows_of, solver
 
 Array = NDArray[np.float64]
 GROUPS = cell().groups
+TOOL = Pose.model_validate({"position_m": (0.02, -0.03, 0.15), "rpy_deg": (20.0, -30.0, 50.0)})
 EXACT = 1e-9
 
 SINGULAR = {
@@ -169,12 +171,17 @@ def test_bad_poses() -> None:
 
 def test_only_this_geometry_is_taken() -> None:
     rows = rows_of(GROUPS[1])
-    geometry = ur_geometry(rows)
-    assert geometry is not None
+    found = ur_arm(chain_of_rows(rows))
+    assert found is not None
+    geometry = found.geometry
     assert (geometry.d1, geometry.a2, geometry.a3) == (0.1135, -0.425, -0.3749)
-    assert ur_geometry(rows[:5]) is None
-    for index, change in ((0, {"alpha": -math.pi / 2}), (3, {"a": 0.01}), (2, {"a": 0.0}), (5, {"alpha": 0.1})):
-        assert ur_geometry([row.model_copy(update=change) if i == index else row for i, row in enumerate(rows)]) is None
+    assert geometry.theta == (0.0,) * 6
+    assert np.array_equal(found.base, np.eye(4))
+    assert np.array_equal(found.flange, np.eye(4))
+    assert ur_arm(chain_of_rows(rows[:5])) is None
+    for index, change in ((0, {"alpha": 0.1}), (1, {"alpha": 1e-9}), (3, {"a": 0.01}), (2, {"a": 0.0})):
+        others = [row.model_copy(update=change) if i == index else row for i, row in enumerate(rows)]
+        assert ur_arm(chain_of_rows(others)) is None
 
 
 def test_offsets_along_parallel_axes_and_theta_and_the_other_signs() -> None:
@@ -205,3 +212,14 @@ def test_equal_links_folded_onto_each_other_keep_the_reference_s_shoulder() -> N
     found = inverse.solve(poses, q)
     assert_exact(inverse, poses, found)
     assert closest(found, q).max() < 1e-6
+
+
+def test_with_a_tool_every_branch_puts_the_tool_there() -> None:
+    group = GROUPS[0].model_copy(update={"tool": TOOL})
+    inverse, arm = solver(group), arm_of(group)
+    q = np.random.default_rng(9).uniform(-math.pi, math.pi, (1000, 6))
+    poses = arm.placements(q)
+    assert np.abs(inverse.forward(q) - poses).max() < 1e-12
+    found = inverse.solve(poses, q)
+    assert_exact(inverse, poses, found)
+    assert closest(found, q).max() < 1e-7

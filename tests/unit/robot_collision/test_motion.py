@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisync_robot.arm import Arm
+from axisync_robot.chain import chain_of_rows
 from axisync_robot.collision_distance import segment_to_segment
 from axisync_robot.collision_motion import ArmSegments, pair_reach
-from axisync_robot.collision_shapes import Shapes, rows_of
+from axisync_robot.collision_shapes import Shapes
 from axisync_schemas.cell import Cell
 
 Array = NDArray[np.float64]
@@ -17,12 +18,12 @@ Array = NDArray[np.float64]
 def test_segments_end_where_forward_kinematics_says(cell: Cell) -> None:
     rng = np.random.default_rng(3)
     for number, group in enumerate(cell.groups):
-        rows = rows_of(cell, number)
-        capsules = [c for c in Shapes.of(cell).capsules if c.group == number]
+        shapes, rows = Shapes.of(cell), [axis.dh for axis in group.axes if axis.dh is not None]
+        capsules = [c for c in shapes.capsules if c.group == number]
         q = rng.uniform(-math.pi, math.pi, (20, 6))
-        ends = ArmSegments(group.base, rows, capsules).at(q)
+        ends = ArmSegments(group.base, shapes.chain(number), capsules).at(q)
         for links in range(1, 7):
-            shorter = Arm(group.base, rows[:links])
+            shorter = Arm(group.base, chain_of_rows(rows[:links]))
             tips = np.array([shorter.placement(pose[:links])[:3, 3] for pose in q])
             (at,) = (i for i, c in enumerate(capsules) if c.joint == links - 1)
             assert np.abs(ends[:, at, 1] - tips).max() < 1e-12
@@ -31,7 +32,7 @@ def test_segments_end_where_forward_kinematics_says(cell: Cell) -> None:
 def arm_distances(cell: Cell, shapes: Shapes, q: Array) -> Array:
     """[m, p] between the segments of every pair of capsules."""
     ends = [
-        ArmSegments(group.base, rows_of(cell, g), [c for c in shapes.capsules if c.group == g]).at(q[:, axes])
+        ArmSegments(group.base, shapes.chain(g), [c for c in shapes.capsules if c.group == g]).at(q[:, axes])
         for g, group in enumerate(cell.groups)
         for axes in [list(cell.axis_indices(group.name))]
     ]

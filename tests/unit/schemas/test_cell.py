@@ -31,8 +31,8 @@ def test_groups_and_their_axes() -> None:
 
 
 def test_axes_override_their_groups_defaults() -> None:
-    cell = parse_cell(TEXT.replace('name = "kingkong.2"', 'name = "kingkong.2"\nsoft_limits_deg = [-160, 10]'))
-    assert [math.degrees(x) for x in cell.axes[1].soft_limits] == pytest.approx([-160, 10])
+    cell = parse_cell(TEXT.replace('name = "kingkong.3"', 'name = "kingkong.3"\nsoft_limits_deg = [-160, 10]'))
+    assert [math.degrees(x) for x in cell.axes[2].soft_limits] == pytest.approx([-160, 10])
     assert [math.degrees(x) for x in cell.axes[0].soft_limits] == pytest.approx([-170, 170])
 
 
@@ -66,7 +66,7 @@ def test_simcan_takes_the_place_of_every_bus() -> None:
         ("node_id = 2,", "node_id = 127,", "groups[0].axes[1].drive.node_id"),
         ("jerk_deg_s3 = 240", "jerk_deg_s3 = 100", "at least 2 times"),
         ("soft_limits_deg = [-170, 170]", "soft_limits_deg = [-190, 170]", "inside hard_limits_deg"),
-        ("emulator_start_deg = -150", "emulator_start_deg = -190", "outside hard_limits_deg"),
+        ("emulator_start_deg = -150", "emulator_start_deg = -250", "outside hard_limits_deg"),
         ('bus = "kingkong"', 'bus = "king"', "is none of"),
         ('members = ["kingkong", "wukong"]', 'members = ["kingkong", "kong"]', "'kong' is none of"),
         ('name = "wukong.6"', 'name = "wukong.5"', "axes: wukong.5 more than once"),

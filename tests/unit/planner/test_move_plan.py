@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,37 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from axisync_motion.trajectory import Trajectory
-from axisync_schemas.cell import parse_cell, read_cell
-from axisync_schemas.commands import JointMove
-from axisync_schemas.errors import ErrorCode, Refusal
-from axisync_schemas.internal import PlanJob
+from axisync_schemas.cell import parse_cell
+from axisync_schemas.errors import ErrorCode
 from axisync_schemas.memory import PLAN_SLOT_BYTES
+from axisync_schemas.moves import JointMove
 from axisync_schemas.plan_slots import read_plan, write_plan
-from axisync_service.planner.box import breach
-from axisync_service.planner.joint_move import Planned, plan_joint_move
-from axisync_service.planner.targets import target_of
-
-CELL, TEXT = read_cell(Path(__file__).parents[3] / "service" / "axisync_service" / "cells" / "eod.toml")
-P1 = tuple(map(math.radians, (0.0, -150.0, 60.0, -45.0, -45.0, 45.0)))
-P2 = tuple(map(math.radians, (-90.0, -100.0, -45.0, -110.0, 45.0, 45.0)))
-
-
-def job(
-    move: JointMove, start: tuple[float, ...] = P1, group: str = "kingkong", slot: int | None = 0, **rest: Any
-) -> PlanJob:
-    fields = {"ref": 1, "plan_id": 7, "speed_scale": 1.0} | rest
-    return PlanJob(group=group, slot=slot, start=start, move=move, **fields)
-
-
-def planned(move: JointMove, **rest: Any) -> Planned:
-    return plan_joint_move(CELL, job(move, **rest))
-
-
-def trajectory_of(result: Planned) -> Trajectory:
-    plan = result.plan
-    assert plan is not None
-    return Trajectory(plan.knots, plan.coefficients, plan.start, plan.end)
+from axisync_service.planner.box import room
+from axisync_service.planner.models import Models
+from axisync_service.planner.targets import joint_target
+from support.planner_jobs import CELL, FREE, FREE_TEXT, P1, P2, WUKONG, plan_of, planned, refused, trajectory_of
 
 
 def test_the_slowest_axis_sets_the_time() -> None:
@@ -68,7 +45,7 @@ def test_a_plan_begins_and_ends_exactly_and_keeps_the_limits() -> None:
 
 
 def test_members_of_a_compound_move_as_one() -> None:
-    start = P1 * 2
+    start = P1 + WUKONG
     result = planned(JointMove(target=(0.1,) * 12, relative=True), group="both", start=start)
     plan = result.plan
     assert plan is not None
@@ -101,11 +78,10 @@ def test_a_longer_duration_is_kept() -> None:
 
 def test_too_short_a_duration_names_the_shortest() -> None:
     shortest = planned(JointMove(target=P2)).reply.duration_s
-    with pytest.raises(Refusal) as caught:
-        planned(JointMove(target=P2, duration_s=1.0))
-    assert caught.value.code is ErrorCode.INFEASIBLE_DURATION
-    assert caught.value.details["shortest_duration_s"] == shortest
-    assert caught.value.details["axis"].startswith("kingkong.")
+    error = refused(JointMove(target=P2, duration_s=1.0))
+    assert error.code is ErrorCode.INFEASIBLE_DURATION
+    assert error.details["shortest_duration_s"] == shortest
+    assert error.details["axis"].startswith("kingkong.")
     again = planned(JointMove(target=P2, duration_s=shortest))
     assert again.reply.duration_s == shortest
 
@@ -139,16 +115,17 @@ def test_only_looking_makes_no_plan() -> None:
 
 def test_a_drive_left_alone_near_its_hard_limit() -> None:
     """A weak quick-stop ramp would carry it past a target that the path itself reaches well braked."""
-    weak = TEXT.replace("hard_limits_deg = [-180, 180]", "hard_limits_deg = [-180, 171]")
+    weak = FREE_TEXT.replace("hard_limits_deg = [-180, 180]", "hard_limits_deg = [-180, 171]")
     cell = parse_cell(weak.replace("quick_stop_deceleration_deg_s2 = 90", "quick_stop_deceleration_deg_s2 = 20"))
+    models = Models(cell)
     target, start = (math.radians(169.0), *(0.0,) * 5), (0.0,) * 6
-    with pytest.raises(Refusal) as caught:
-        plan_joint_move(cell, job(JointMove(target=target), start=start))
-    assert caught.value.code is ErrorCode.JOINT_LIMIT
-    details = caught.value.details
-    assert details["axis"] == "kingkong.1"
-    assert details["required"] > details["allowed"] == math.radians(171.0)
-    assert plan_joint_move(cell, job(JointMove(target=target, duration_s=60.0), start=start)).plan is not None
+    error = refused(JointMove(target=target), models, start=start)
+    assert error.code is ErrorCode.JOINT_LIMIT
+    assert error.details["axis"] == "kingkong.1"
+    assert error.details["required"] > error.details["allowed"] == math.radians(171.0)
+    slow = planned(JointMove(target=target, duration_s=60.0), models, start=start)
+    assert slow.reply.alone is not None
+    assert (slow.reply.alone.axis, slow.reply.alone.limit_margin > 0.0) == ("kingkong.1", True)
 
 
 def test_the_box_bounds_the_exact_reach() -> None:
@@ -162,10 +139,11 @@ def test_the_box_bounds_the_exact_reach() -> None:
         bound = exact[axis] + margin
         axes = tuple(
             one.model_copy(update={"hard_limits": (-10.0, bound if i == axis else 10.0)})
-            for i, one in enumerate(CELL.axes[:6])
+            for i, one in enumerate(CELL.axes)
         )
-        found = breach(trajectory, axes, CELL.period, CELL.missed_ticks_max)
-        assert (found is not None and found.axis == f"kingkong.{axis + 1}") is expected
+        found = room(trajectory, CELL.model_copy(update={"axes": axes}), tuple(range(6)))
+        assert (found.margin < 0.0) is expected
+        assert found.axis == f"kingkong.{axis + 1}"
 
 
 # Distances below 1e-60 rad are refused as INVALID_REQUEST by the planner's own checks.
@@ -187,5 +165,41 @@ def test_any_move_within_the_limits_is_planned(start: list[float], target: list[
 
 
 def test_targets() -> None:
-    assert target_of(JointMove(target=(1.0, 2.0)), (5.0, 5.0)) == (1.0, 2.0)
-    assert target_of(JointMove(target=(1.0, 2.0), relative=True), (5.0, -5.0)) == (6.0, -3.0)
+    axes = FREE.axes("kingkong")
+    assert joint_target(axes, P2, False, np.array(P1)).tolist() == list(P2)
+    start = np.array([0.1, -1.0, 0.2, 0.3, 0.4, 0.5])
+    moved = joint_target(axes, (1.0, -0.5, 0.0, 0.0, 0.0, 0.25), True, start)
+    assert moved.tolist() == [1.1, -1.5, 0.2, 0.3, 0.4, 0.75]
+
+
+def test_the_number_of_axes() -> None:
+    error = refused(JointMove(target=(0.0,) * 5))
+    assert error.code is ErrorCode.INVALID_REQUEST
+    assert error.details["errors"][0]["path"] == "move.target"
+    assert error.details["axes"][0] == "kingkong.1"
+
+
+@pytest.mark.parametrize(
+    ("start", "target", "relative", "bound"),
+    [(0.0, 171.0, False, 170.0), (0.0, -171.0, False, -170.0), (160.0, 20.0, True, 170.0), (0.0, 1e300, False, 170.0)],
+)
+def test_soft_limits_name_axis_value_and_bound(start: float, target: float, relative: bool, bound: float) -> None:
+    move = JointMove(target=(0.0, 0.0, math.radians(target), 0.0, 0.0, 0.0), relative=relative)
+    error = refused(move, start=(0.0, 0.0, math.radians(start), 0.0, 0.0, 0.0))
+    assert error.code is ErrorCode.SOFT_LIMIT
+    assert error.details["axis"] == "kingkong.3"
+    assert error.details["bound"] == error.details["nearest_allowed"] == pytest.approx(math.radians(bound))
+    assert error.details["value"] == pytest.approx(math.radians(start * relative + target))
+
+
+def test_the_limit_itself_is_allowed() -> None:
+    high = FREE.axes("kingkong")[0].soft_limits[1]
+    end = plan_of(planned(JointMove(target=(high,) * 6), start=(0.0,) * 6)).end
+    assert end.tolist() == [high] * 6
+    assert planned(JointMove(target=(0.0,) * 6, relative=True), start=(high,) * 6).plan is None
+
+
+def test_a_relative_move_far_beyond_everything_is_refused() -> None:
+    error = refused(JointMove(target=(1.7e308,) * 6, relative=True))
+    assert error.code is ErrorCode.SOFT_LIMIT
+    assert math.isfinite(error.details["value"])

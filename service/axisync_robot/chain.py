@@ -1,0 +1,101 @@
+"""A serial arm as a chain of frames, however it was described: each joint turns about z of its own frame."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from axisync_schemas.cell import DenavitHartenberg, Pose
+
+Array = NDArray[np.float64]
+
+
+def _exact(angle: float) -> tuple[float, float]:
+    """Cosine and sine, exact at multiples of a right angle, so that no 6e-17 stands where the design has 0."""
+    quarters = angle / (math.pi / 2.0)
+    nearest = round(quarters)
+    if abs(quarters - nearest) < 1e-15:
+        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[nearest % 4]
+    return math.cos(angle), math.sin(angle)
+
+
+def rotation_x(angle: float) -> Array:
+    """[3, 3]."""
+    c, s = _exact(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def rotation_y(angle: float) -> Array:
+    """[3, 3]."""
+    c, s = _exact(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def rotation_z(angle: float) -> Array:
+    """[3, 3]."""
+    c, s = _exact(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def base_placement(base: Pose) -> pinocchio.SE3:
+    """A pose of the cell file: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    roll, pitch, yaw = base.rpy
+    return pinocchio.SE3(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), np.array(base.position))
+
+
+def about_z(angles: Array) -> Array:
+    """[..., 3, 3] of angles [...], rad."""
+    turns = np.zeros((*angles.shape, 3, 3))
+    turns[..., 0, 0] = turns[..., 1, 1] = np.cos(angles)
+    turns[..., 1, 0] = np.sin(angles)
+    turns[..., 0, 1] = -turns[..., 1, 0]
+    turns[..., 2, 2] = 1.0
+    return turns
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chain:
+    """Frames at joint angles zero.
+
+    Attributes:
+        joints: [n, 4, 4] each joint's frame in the one before it, the first in the arm's base.
+        flange: [4, 4] in the last joint's frame.
+        links: [n, 3, 3] how the frame in which a link's shapes are given is turned from its joint's.
+    """
+
+    joints: Array
+    flange: Array
+    links: Array
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    @property
+    def ways(self) -> Array:
+        """[n, 3] from each joint's origin to the next one's, the last to the flange's, in the joint's frame, m."""
+        return np.concatenate((self.joints[1:, :3, 3], self.flange[None, :3, 3]))
+
+    def frames(self, q: Array, base: Array) -> tuple[Array, Array]:
+        """Joint frames, turned, at q [m, n], rad, from base [4, 4]: rotations [m, n, 3, 3], origins [m, n, 3] (m)."""
+        turned = about_z(q)
+        turns, origins = np.empty_like(turned), np.empty(turned.shape[:3])
+        turn, origin = base[:3, :3], base[:3, 3]
+        for joint, placement in enumerate(self.joints):
+            origin = origin + turn @ placement[:3, 3]
+            turn = turn @ placement[:3, :3] @ turned[:, joint]
+            turns[:, joint], origins[:, joint] = turn, origin
+        return turns, origins
+
+
+def chain_of_rows(rows: Sequence[DenavitHartenberg]) -> Chain:
+    """Joint i turns by q[i] + theta_i about z of the frame before it; row i then leads to the next frame."""
+    placement = pinocchio.SE3.Identity()
+    joints = []
+    for row in rows:
+        joints.append((placement * pinocchio.SE3(rotation_z(row.theta), np.zeros(3))).homogeneous)
+        # Trans_z(d) Trans_x(a) Rot_x(alpha)
+        placement = pinocchio.SE3(rotation_x(row.alpha), np.array([row.a, 0.0, row.d]))
+    return Chain(np.array(joints), placement.homogeneous, np.tile(np.eye(3), (len(joints), 1, 1)))
