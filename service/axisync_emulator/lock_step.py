@@ -3,27 +3,32 @@
 import select
 from collections.abc import Sequence
 
+from axisync_emulator.faults.control import Control
 from axisync_emulator.linux import StopRequest
 from axisync_emulator.simcan.hub import Hub
 from axisync_emulator.simcan.time_server import TimeServer
 
 
-def run_lock_step(hubs: Sequence[Hub], times: TimeServer, stop: StopRequest) -> None:
+def run_lock_step(hubs: Sequence[Hub], times: TimeServer, stop: StopRequest, control: Control | None = None) -> None:
     """Serves until a stop is requested."""
     while not stop.requested:
-        _listen(hubs, times, stop)
+        _listen(hubs, times, stop, control)
         if times.all_wait:
             for hub in hubs:
                 hub.drain()
             _advance(hubs, times)
 
 
-def _listen(hubs: Sequence[Hub], times: TimeServer, stop: StopRequest) -> None:
+def _listen(hubs: Sequence[Hub], times: TimeServer, stop: StopRequest, control: Control | None) -> None:
     """Waits for someone to say something; takes frames in at once, so that no socket fills."""
     descriptors = [stop.fileno(), times.listener.fileno(), *(p.fileno() for p in times.participants)]
     for hub in hubs:
         descriptors += hub.descriptors
+    if control is not None:
+        descriptors += control.descriptors
     readable = set(select.select(descriptors, [], [])[0])
+    if control is not None:
+        control.catch_up(readable)
     for hub in hubs:
         if hub.listener.fileno() in readable:
             hub.accept()

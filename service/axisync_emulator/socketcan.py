@@ -6,7 +6,7 @@ from heapq import heappop, heappush
 
 import can
 
-from axisync_emulator.segment import FrameLog, Listeners, Port, Station
+from axisync_emulator.segment import FrameLog, Listeners, Station
 from axisync_emulator.simcan.wire import EXTENDED, REMOTE
 from axisync_emulator.timers import NEVER, Timers
 
@@ -42,7 +42,7 @@ class KernelBus:
         self._sequence = 0
         self._received: list[tuple[int, int, bytes]] = []
 
-    def attach(self) -> Port:
+    def attach(self) -> Station:
         """A port for a node of this process."""
         self._owners += 1
         return Station(self._owners, self._transmit, self._listeners, self.timers)
@@ -109,6 +109,7 @@ class KernelBus:
     def _deliver(self, can_id: int, data: bytes, at: int, owner: int) -> None:
         if self._log:
             self._log.write(self.name, can_id, data, at)
+        self.timers.now = at
         self._listeners.deliver(can_id, data, at, owner)
 
     def flush(self) -> None:

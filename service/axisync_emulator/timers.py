@@ -10,19 +10,26 @@ Callback = Callable[[int], None]
 
 
 class Timer:
-    """Fires its callback once at `deadline`. Moving the deadline later costs nothing: watchdogs do so every cycle."""
+    """Fires its callback once at `deadline`. Moving the deadline later costs nothing: watchdogs do so every cycle.
 
-    __slots__ = ("_queued", "callback", "deadline", "order", "timers")
+    Attributes:
+        stretch: how much longer its times last than they should: its owner's clock is slow (> 1) or fast (< 1).
+    """
+
+    __slots__ = ("_queued", "callback", "deadline", "order", "stretch", "timers")
 
     def __init__(self, timers: "Timers", order: int, callback: Callback) -> None:
         self.timers = timers
         self.order = order
         self.callback = callback
+        self.stretch = 1.0
         self.deadline = NEVER
         self._queued = NEVER
 
     def set(self, at: int) -> None:
         """Fires at `at` ns, and at no time set before."""
+        if self.stretch != 1.0:
+            at = self.timers.now + round((at - self.timers.now) * self.stretch)
         self.deadline = at
         if at < self._queued:
             self._queued = at
@@ -45,18 +52,24 @@ class Timer:
         deadline = self.deadline
         if deadline > entry:
             if deadline < NEVER:
-                self.set(deadline)
+                self._queued = deadline
+                heappush(self.timers.heap, (deadline, self.order, self))
             return
         self.deadline = NEVER
         self.callback(entry)
 
 
 class Timers:
-    """All timers of one bus; equal times fire in the order in which the timers were made."""
+    """All timers of one bus; equal times fire in the order in which the timers were made.
 
-    __slots__ = ("_count", "heap")
+    Attributes:
+        now: of what happens at this moment, ns: a timer fires, or a frame is delivered.
+    """
+
+    __slots__ = ("_count", "heap", "now")
 
     def __init__(self) -> None:
+        self.now = 0
         self.heap: list[tuple[int, int, Timer]] = []
         self._count = 0
 
@@ -73,4 +86,5 @@ class Timers:
     def fire(self) -> None:
         """Takes the first entry."""
         at, _, timer = heappop(self.heap)
+        self.now = at
         timer.reached(at)

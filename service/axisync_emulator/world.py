@@ -8,6 +8,9 @@ from pathlib import Path
 from axisync_emulator.candump import Candump
 from axisync_emulator.drive.node import Drive
 from axisync_emulator.drive.specification import specify
+from axisync_emulator.faults.control import Control
+from axisync_emulator.faults.injector import Injector
+from axisync_emulator.faults.model import Script
 from axisync_emulator.linux import StopRequest
 from axisync_emulator.lock_step import run_lock_step
 from axisync_emulator.real_time import run_real_time
@@ -33,6 +36,8 @@ class World:
     drives: list[Drive]
     times: TimeServer | None
     candump: Candump | None
+    injector: Injector | None = None
+    control: Control | None = None
 
     def run(self, stop: StopRequest) -> None:
         """Powers the drives on and serves until a stop is requested."""
@@ -40,34 +45,40 @@ class World:
         for drive in self.drives:
             drive.power_on(now)
         if self.times:
-            run_lock_step([bus for bus in self.buses if isinstance(bus, Hub)], self.times, stop)
+            run_lock_step([bus for bus in self.buses if isinstance(bus, Hub)], self.times, stop, self.control)
         else:
-            run_real_time(self.buses, stop, self.candump)
+            run_real_time([*([self.control] if self.control else []), *self.buses], stop, self.candump)
 
     def close(self) -> None:
         """Frees sockets and files."""
         for bus in self.buses:
             bus.close()
-        if self.times:
-            self.times.close()
-        if self.candump:
-            self.candump.close()
+        for other in (self.control, self.times, self.candump):
+            if other is not None:
+                other.close()
 
     def statistics(self) -> list[str]:
-        """A line for each simcan bus: key=value."""
+        """A line for each simcan bus and each fault: key=value."""
         hubs = ((bus, bus.medium) for bus in self.buses if isinstance(bus, Hub))
-        return [
+        lines = [
             f"bus={hub.name} frames={wire.frames} bits={wire.bits} load={wire.load:.4f} lost={hub.lost}"
             for hub, wire in hubs
         ]
+        faults = [injected.as_dict() for injected in self.injector.injected] if self.injector else []
+        return lines + [" ".join(f"{key}={value}" for key, value in fault.items()) for fault in faults]
 
 
 def build(cell: Cell, names: list[str], *, lock_step: bool = False, participants: int = 1,
-          candump: Path | None = None) -> World:  # fmt: skip
+          candump: Path | None = None, faults: Script | None = None, control: Path | None = None) -> World:  # fmt: skip
     """The world of the named buses (all where none is named).
+
+    Args:
+        faults: what goes wrong, by a script.
+        control: path of the socket that takes faults at run time.
 
     Raises:
         WorldError: no such bus, or lock-step on a bus that is not simcan's.
+        FaultError: a fault of the script cannot be.
         BusySocket, MissingInterface, OSError: a bus or file cannot be opened.
     """
     chosen = _choose(cell, names)
@@ -80,7 +91,13 @@ def build(cell: Cell, names: list[str], *, lock_step: bool = False, participants
             clock = lambda: times.now  # noqa: E731
         for bus in chosen:
             world.buses.append(_open(bus, world, clock))
+        if faults is not None or control is not None:
+            world.injector = Injector(world.buses, clock)
         _add_drives(cell, world)
+        if world.injector is not None and faults is not None:
+            world.injector.load(faults)
+        if world.injector is not None and control is not None:
+            world.control = Control(control, world.injector)
     except BaseException:
         world.close()
         raise
@@ -115,4 +132,8 @@ def _add_drives(cell: Cell, world: World) -> None:
     for axis in sorted(cell.axes, key=lambda axis: (numbers[axis.drive.bus], axis.drive.node_id)):
         bus = buses.get(axis.drive.bus)
         if bus is not None:
-            world.drives.append(Drive(specify(axis, numbers[axis.drive.bus]), bus.attach()))
+            station = bus.attach()
+            drive = Drive(specify(axis, numbers[axis.drive.bus]), station)
+            world.drives.append(drive)
+            if world.injector is not None:
+                world.injector.know(bus.name, drive, station)

@@ -1,9 +1,10 @@
 """The real cycle against the emulated drives in lock-step: no real clock, the same bits every time."""
 
 import contextlib
+import json
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,12 +22,16 @@ from axisync_service.motion_controller.voice import Happening
 
 
 @contextlib.contextmanager
-def emulated(cell_file: Path, directory: Path) -> Iterator[None]:
-    """`axisync-emulator --lock-step` for the length of a block."""
+def emulated(cell_file: Path, directory: Path, faults: Sequence[Mapping[str, object]] = (),
+             seed: int = 0) -> Iterator[None]:  # fmt: skip
+    """`axisync-emulator --lock-step` for the length of a block; it makes these faults."""
+    script = directory / "faults.json"
+    script.write_text(json.dumps({"seed": seed, "faults": faults}), encoding="utf-8")
     command = [sys.executable, "-m", "axisync_emulator.main", str(cell_file), "--simcan", str(directory), "--lock-step"]
     with subprocess.Popen(
-        [*command, "--candump", str(directory / "frames.log")], stdout=subprocess.PIPE, text=True
-    ) as p:
+        [*command, "--candump", str(directory / "frames.log"), "--faults", str(script)],
+        stdout=subprocess.PIPE, text=True,
+    ) as p:  # fmt: skip
         try:
             assert p.stdout is not None
             assert p.stdout.readline().strip() == "ready"

@@ -9,7 +9,11 @@ _MS = 1_000_000
 
 
 class HeartbeatProducer:
-    """Sends the NMT state every 0x1017 ms."""
+    """Sends the NMT state every 0x1017 ms.
+
+    Attributes:
+        silent: an injected fault: it does not.
+    """
 
     def __init__(self, node_id: int, port: Port, state: Callable[[], int]) -> None:
         self._can_id = COB_ID + node_id
@@ -17,6 +21,7 @@ class HeartbeatProducer:
         self._state = state
         self._timer = port.timer(self._send)
         self._period_ns = 0
+        self.silent = False
 
     def configure(self, period_ms: int, now: int) -> None:
         """A new period begins; 0 ends it."""
@@ -31,7 +36,8 @@ class HeartbeatProducer:
         self._port.send(self._can_id, b"\0", now)
 
     def _send(self, now: int) -> None:
-        self._port.send(self._can_id, bytes((self._state(),)), now)
+        if not self.silent:
+            self._port.send(self._can_id, bytes((self._state(),)), now)
         self._timer.set(now + self._period_ns)
 
 

@@ -1,6 +1,14 @@
-"""Option codes: how a drive stops (CiA 402-2, objects 0x605A to 0x605E and 0x6007)."""
+"""Modes (0x6060) and option codes: how a drive stops (CiA 402-2, objects 0x605A to 0x605E and 0x6007)."""
 
 from enum import Enum, IntEnum
+
+
+class Mode(IntEnum):
+    """0x6060: the modes of operation that this drive has."""
+
+    NONE = 0
+    HOMING = 6
+    CYCLIC_SYNCHRONOUS_POSITION = 8
 
 
 class Ramp(Enum):

@@ -156,8 +156,12 @@ class Tpdo(Pdo):
         """See `Pdo.configure`."""
         super().configure()
         self._start = self._communicated(_SYNC_START)
-        self._readers = tuple(self._objects.readers.get(key) or self._stored(key) for key in self.keys)
+        self.bind()
         self.restart()
+
+    def bind(self) -> None:
+        """Looks up again what the mapped objects are read from."""
+        self._readers = tuple(self._objects.readers.get(key) or self._stored(key) for key in self.keys)
 
     def _stored(self, key: Key) -> Callable[[int], int]:
         return lambda _now: self._objects.number(*key)

@@ -1,10 +1,13 @@
-"""The drive profile: state machine, cyclic synchronous position, stops (CiA 402-2)."""
+"""The drive profile: state machine, stops, modes of operation (CiA 402-2)."""
 
 from collections.abc import Callable
 
-from axisync_emulator.drive.emergency import Emergencies, ErrorCode
+from axisync_emulator.drive.csp import CyclicPosition
+from axisync_emulator.drive.emergency import DISABLING, Emergencies, ErrorCode
+from axisync_emulator.drive.homing import Homing
+from axisync_emulator.drive.inputs import Inputs
 from axisync_emulator.drive.motor import Motor
-from axisync_emulator.drive.options import OPTIONS, STAYS_IN_QUICK_STOP, Abort, Ramp
+from axisync_emulator.drive.options import OPTIONS, STAYS_IN_QUICK_STOP, Abort, Mode, Ramp
 from axisync_emulator.drive.specification import DriveSpecification
 from axisync_emulator.drive.states import (
     HALT_BIT,
@@ -18,68 +21,61 @@ from axisync_emulator.drive.states import (
 )
 from axisync_emulator.timers import Timer
 
-CYCLIC_SYNCHRONOUS_POSITION = 8
-NO_MODE = 0
-MODES = frozenset({NO_MODE, CYCLIC_SYNCHRONOUS_POSITION})
-
 _VOLTAGE, _WARNING, _REMOTE, _AT_REST, _LIMIT = 0x0010, 0x0080, 0x0200, 0x0400, 0x0800
 _FOLLOWS, _FOLLOWING_ERROR = 0x1000, 0x2000
 _STEADY = _VOLTAGE | _REMOTE
-_WRAP = 1 << 32
-_HALF = 1 << 31
 _OPTION_OF = {Stop.SHUTDOWN: 0x605B, Stop.DISABLE_OPERATION: 0x605C, Stop.QUICK_STOP: 0x605A, Stop.FAULT: 0x605E}
-_UNTIL_HEALED = frozenset({ErrorCode.HEARTBEAT})
-"""Errors that keep the drive from being enabled while they last."""
 
 
 class Profile:
     """What the drive does with controlword and target.
 
     Attributes:
-        controlword, target: as written, wrapped target as INTEGER32.
+        controlword: as written.
         mode: 0x6060 and, since changes take effect at once, 0x6061.
+        warning: something outside of the profile is not as it should be.
         on_fault: told the code of a fault that the profile detects itself.
         on_reset: told that a fault has been reset.
     """
 
-    def __init__(self, specification: DriveSpecification, motor: Motor, emergencies: Emergencies,
+    def __init__(self, specification: DriveSpecification, motor: Motor, inputs: Inputs, emergencies: Emergencies,
                  number: Callable[[int, int], int], timer: Callable[[Callable[[int], None]], Timer],
                  on_fault: Callable[[ErrorCode, int], None], on_reset: Callable[[int], None]) -> None:  # fmt: skip
-        self._specification = specification
         self._motor = motor
         self._emergencies = emergencies
         self._number = number
         self._on_fault = on_fault
         self._on_reset = on_reset
         self._ramp_end = timer(self._finish_stop)
+        self.csp = CyclicPosition(specification, motor)
+        self.homing = Homing(motor, inputs, number, timer)
+        self.warning = False
         self.configure()
         self.restart(0)
 
     def configure(self) -> None:
-        """Takes over 0x60C2, 0x6065, 0x6066, 0x607D."""
+        """Takes over 0x2002, 0x6065, 0x6066, 0x6072, 0x6073, and what the modes need."""
         number = self._number
-        self.period_ns = max(1, round(number(0x60C2, 1) * 10.0 ** (9 + number(0x60C2, 2))))
-        self._step_max = self._specification.speed_limit * self.period_ns * 1e-9 + 0.5
+        self._motor.configure(number)
+        self.csp.configure(number)
         window = number(0x6065, 0)
         self._window = None if window == 0xFFFFFFFF else window
         self._window_ns = number(0x6066, 0) * 1_000_000
-        self._range = number(0x607D, 1), number(0x607D, 2)
 
     def restart(self, now: int) -> None:
         """As after power-on: torque off, no command seen."""
         self._motor.switch_off(now)
         self._ramp_end.cancel()
+        self.csp.restart()
+        self.homing.leave()
         self.state = State.SWITCH_ON_DISABLED
         self.controlword = 0
-        self.target = 0
-        self.mode = NO_MODE
+        self.mode = Mode.NONE
         self._previous = 0
         self._settled = -1
         self._pending: State | None = None
         self._halted = False
-        self._approaching = False
         self._refused = False
-        self._limited = False
         self._outside_since: int | None = None
 
     @property
@@ -91,15 +87,17 @@ class Profile:
         """0x6041."""
         word = self.state | _STEADY
         motor = self._motor
-        if not motor.torque_on or now >= motor.demand.until or motor.demand.velocity == 0.0:
-            word |= _AT_REST
-        if self._refused:
+        if self._refused or self.warning:
             word |= _WARNING
-        if self._limited:
+        if self.csp.limited:
             word |= _LIMIT
+        if self.mode is Mode.HOMING:
+            return word | self.homing.status(now)
+        if not motor.torque_on or motor.demand.at_rest(now):
+            word |= _AT_REST
         if self._outside_since is not None:
             word |= _FOLLOWING_ERROR
-        if self.enabled and self.mode == CYCLIC_SYNCHRONOUS_POSITION and not self._halted:
+        if self.mode is Mode.CYCLIC_SYNCHRONOUS_POSITION and self.enabled and not (self._halted or self.csp.waiting):
             word |= _FOLLOWS
         return word
 
@@ -116,23 +114,32 @@ class Profile:
         self._refused = False
         while command is not None and self._carry_out(command, now):
             pass
+        if self.mode is Mode.HOMING and self.enabled:
+            self.homing.control(word, bool(word & HALT_BIT), now)
 
     def _carry_out(self, command: Command, now: int) -> bool:
         """Takes one transition; whether another may follow."""
         row = TRANSITIONS.get((self.state, command))
         if row is None or (self._pending is not None and not self._overrides_stop(command)):
             return False
-        if row.number == 4 and not self._may_enable(now):
-            self._settled = -1
-            self._refused = True
-            return False
-        if row.number == 15 and not self._emergencies.active.isdisjoint(_UNTIL_HEALED):
-            return False
-        if row.number == 16 and (self._pending or self._number(0x605A, 0) not in STAYS_IN_QUICK_STOP):
+        if not self._allowed(row, now):
             return False
         before = self.state
         self._leave(row, now)
         return self.state is not before
+
+    def _allowed(self, row: Transition, now: int) -> bool:
+        if row.number == 4 and not self._may_enable(now):
+            self._settled = -1
+            self._refused = True
+            return False
+        if row.number == 2:
+            return ErrorCode.SAFE_TORQUE_OFF not in self._emergencies.active
+        if row.number == 15:
+            return self._emergencies.active.isdisjoint(DISABLING)
+        if row.number == 16:
+            return self._pending is None and self._number(0x605A, 0) in STAYS_IN_QUICK_STOP
+        return True
 
     def _overrides_stop(self, command: Command) -> bool:
         if self.state is State.OPERATION_ENABLED:
@@ -154,22 +161,21 @@ class Profile:
         return OPTIONS[index].get(self._number(index, 0), Ramp.QUICK_STOP)
 
     def _may_enable(self, now: int) -> bool:
-        """The mode is set, the connection is whole, and the first target is where the axis is."""
-        if self.mode != CYCLIC_SYNCHRONOUS_POSITION or not self._emergencies.active.isdisjoint(_UNTIL_HEALED):
+        """The mode is set, nothing is wrong that lasts, and the first target is where the axis is."""
+        if self.mode is Mode.NONE or not self._emergencies.active.isdisjoint(DISABLING):
             return False
-        actual = self._motor.position(now)
-        return abs(self._unwrapped(actual) - actual) <= self._specification.enable_window
+        return self.mode is Mode.HOMING or self.csp.near(now)
 
     def _enter(self, state: State, now: int) -> None:
         if state is State.OPERATION_ENABLED:
             self._emergencies.code = 0
+            self.csp.begin(waiting=self._motor.torque_on)
             if not self._motor.torque_on:
                 self._motor.switch_on(now)
-                self._approaching = True
         elif state not in POWERED:
             self._motor.switch_off(now)
             self._outside_since = None
-            self._limited = False
+            self.csp.limited = False
         reset = state is State.SWITCH_ON_DISABLED and self.state is State.FAULT
         self.state = state
         self._pending = None
@@ -200,6 +206,14 @@ class Profile:
         self.state = State.FAULT_REACTION_ACTIVE
         self._stop(self._option(Stop.FAULT), State.FAULT, now)
 
+    def safe_torque_off(self, now: int) -> None:
+        """The power stage is cut: a fault where there was torque, else only no longer ready."""
+        if self.state in POWERED:
+            self.state = State.FAULT_REACTION_ACTIVE
+            self._stop(Ramp.COAST, State.FAULT, now)
+        elif self.state is not State.FAULT:
+            self._enter(State.SWITCH_ON_DISABLED, now)
+
     def abort_connection(self, now: int) -> None:
         """What 0x6007 wants when the master or the network is lost."""
         if self.state is not State.OPERATION_ENABLED:
@@ -215,6 +229,7 @@ class Profile:
     def _stop(self, ramp: Ramp, then: State, now: int) -> None:
         self._pending = then
         self._settled = -1
+        self.homing.leave()
         if ramp is Ramp.COAST:
             self._finish_stop(now)
             return
@@ -234,37 +249,21 @@ class Profile:
     # Motion.
 
     def set_mode(self, mode: int, now: int) -> None:
-        """0x6060. Leaving csp in motion stops the axis."""
-        if mode != self.mode and self.enabled:
-            self._motor.ramp(now, self._deceleration(Ramp.QUICK_STOP))
-        self.mode = mode
+        """0x6060. Changing it in motion stops the axis; targets count again once one is where the axis is."""
+        if mode != self.mode:
+            if self.enabled:
+                self._motor.ramp(now, self._deceleration(Ramp.QUICK_STOP))
+                self.csp.begin(waiting=True)
+            self.homing.leave()
+        self.mode = Mode(mode)
         self._settled = -1
 
     def follow(self, now: int) -> None:
-        """Sets out for the target, which one interpolation period from now is to be reached."""
-        if not self.enabled or self.mode != CYCLIC_SYNCHRONOUS_POSITION or self._halt(now):
+        """Sets out for the target, where the mode has one."""
+        if self.mode is not Mode.CYCLIC_SYNCHRONOUS_POSITION or not self.enabled or self._halt(now):
             return
-        motor = self._motor
-        demand = motor.demand
-        start = demand.at(now)
-        target = self._clamped(self._unwrapped(round(start)))
-        if self._approaching:
-            reached = self._approach(start, target)
-        else:
-            expected = start + demand.velocity_at(now) * self.period_ns * 1e-9
-            reached = target if abs(target - expected) <= self._step_max else None
-        if reached is None:
+        if not self.csp.follow(now):
             self._on_fault(ErrorCode.IMPLAUSIBLE_TARGET, now)
-        elif now >= motor.released_at:
-            motor.follow(reached, now, self.period_ns, self._specification.hold_on_missed)
-
-    def _approach(self, start: float, target: float) -> float | None:
-        """After enabling, the first targets may be anywhere in the enable window; no faster there than plausible."""
-        distance = target - start
-        if abs(distance) > self._specification.enable_window:
-            return None
-        self._approaching = abs(distance) > self._step_max
-        return start + min(max(distance, -self._step_max), self._step_max)
 
     def _halt(self, now: int) -> bool:
         if self.controlword & HALT_BIT:
@@ -275,20 +274,11 @@ class Profile:
         self._halted = False
         return False
 
-    def _unwrapped(self, near: int) -> int:
-        """The target's turn of the INTEGER32 range that is nearest to `near`: positions wrap without a jump."""
-        return near + (self.target - near + _HALF) % _WRAP - _HALF
-
-    def _clamped(self, target: int) -> int:
-        low, high = self._range
-        self._limited = not low <= self.target <= high
-        return target if not self._limited else target + min(max(self.target, low), high) - self.target
-
     def watch_following_error(self, now: int) -> None:
         """Fault where the axis is outside the window 0x6065 for longer than 0x6066."""
-        if self._window is None or not self.enabled:
+        if self._window is None or self.state is not State.OPERATION_ENABLED or self._pending is not None:
             return
-        if abs(self._motor.demand_position(now) - self._motor.position(now)) <= self._window:
+        if abs(self._motor.following_error(now)) <= self._window:
             self._outside_since = None
         elif self._outside_since is None:
             self._outside_since = now

@@ -9,8 +9,9 @@ import struct
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Protocol
 
-from axisync_emulator.segment import FrameLog, Listeners, Port, Station
+from axisync_emulator.segment import FrameLog, Listeners, Station
 from axisync_emulator.simcan.listening import listen_at
 from axisync_emulator.simcan.medium import Medium
 from axisync_emulator.simcan.protocol import FRAME, PACKET_MAX, Hello, ProtocolError, unpack_frames, widen
@@ -30,15 +31,26 @@ def peer_pid(sock: socket.socket) -> int:
     return pid
 
 
-class Client:
-    """Someone on a socket: the controller, a sniffer."""
+class Disturber(Protocol):
+    """Is asked about every frame, see `axisync_emulator.faults.wire`."""
 
-    __slots__ = ("lost", "malformed", "outgoing", "pid", "sock", "source")
+    def started(self) -> None:
+        """The frame in the medium has just started: it may be abandoned, changed or corrupted."""
+
+    def completed(self, now: int) -> bool:
+        """Whether the frame, complete now, reaches anyone."""
+
+
+class Client:
+    """Someone on a socket: the controller, a sniffer. One that is not `on_bus` receives nothing."""
+
+    __slots__ = ("lost", "malformed", "on_bus", "outgoing", "pid", "sock", "source")
 
     def __init__(self, sock: socket.socket, source: int) -> None:
         self.sock = sock
         self.source = source
         self.outgoing = b""
+        self.on_bus = True
         self.lost = 0
         self.malformed = 0
         self.pid = peer_pid(sock)
@@ -57,6 +69,11 @@ class Client:
 class Hub:
     """A bus with a listening socket.
 
+    Attributes:
+        disturber: makes faults on the wire; None: there are none.
+        origins: sources that send in the name of another one, and whose.
+        stalled: frames of clients stay in their sockets.
+
     Args:
         clock: now, ns; frames that claim to be sent later than that count as sent now.
         time_socket: path told to clients in lock-step.
@@ -73,13 +90,16 @@ class Hub:
         self.timers = Timers()
         self.listener = listen_at(path)
         self.clients: list[Client] = []
+        self.disturber: Disturber | None = None
+        self.origins: dict[int, int] = {}
+        self.stalled = False
         self._lost = 0
         self._listeners = Listeners()
         self._clock = clock
         self._log = log
         self._hello = Hello(name, bitrate, str(time_socket) if time_socket else None).pack()
 
-    def attach(self) -> Port:
+    def attach(self) -> Station:
         """A port for a node of this process."""
         return Station(self.medium.attach(), self.medium.queue, self._listeners, self.timers)
 
@@ -135,6 +155,8 @@ class Hub:
         """
         medium, source = self.medium, client.source
         recv = client.sock.recv
+        if self.stalled:
+            return None
         while medium.pending(source) < TRANSMIT_QUEUE:
             try:
                 packet = recv(PACKET_MAX)
@@ -195,6 +217,8 @@ class Hub:
                 self._fire(timer)
             elif start < horizon:
                 medium.start(start)
+                if self.disturber is not None:
+                    self.disturber.started()
             else:
                 return
 
@@ -207,10 +231,15 @@ class Hub:
         medium = self.medium
         medium.finish()
         (_, can_id, data), source, now = medium.frame, medium.source, medium.now
+        self.timers.now = now
+        if self.disturber is not None:
+            if not self.disturber.completed(now):
+                return
+            source = self.origins.get(source, source)
         if self.clients:
             packed = FRAME.pack(now, can_id, len(data), data)
             for client in self.clients:
-                if client.source != source:
+                if client.source != source and client.on_bus:
                     client.outgoing += packed
         if self._log:
             self._log.write(self.name, can_id, data, now)

@@ -2,7 +2,7 @@
 
 import random
 
-from axisync_emulator.simcan.medium import Medium, arbitration_key
+from axisync_emulator.simcan.medium import ERROR_FRAME_BITS, Medium, arbitration_key
 from axisync_emulator.simcan.wire import EXTENDED, REMOTE, frame_bits
 from axisync_emulator.timers import NEVER
 
@@ -99,6 +99,56 @@ def test_leaving_the_bus_forgets_what_was_queued():
     medium.queue(b, 0x200, b"", 0)
     medium.flush(a)
     assert [can_id for *_, can_id in play(medium)] == [0x200]
+
+
+def test_a_frame_abandoned_was_never_there():
+    medium = Medium(MEGABIT)
+    a, b = sources(medium, 2)
+    medium.queue(a, 0x100, bytes(8), 0)
+    medium.queue(b, 0x200, b"", 500)
+    medium.start(medium.next_start)
+    medium.abandon()
+    assert (medium.bits, medium.frames, medium.completion) == (0, 0, NEVER)
+    assert [(start, can_id) for start, _, can_id in play(medium)] == [(500, 0x200)]
+
+
+def test_a_frame_with_other_data_takes_its_own_time():
+    medium = Medium(MEGABIT)
+    (node,) = sources(medium, 1)
+    medium.queue(node, 0x100, bytes(8), 0)
+    medium.start(medium.next_start)
+    medium.replace(b"\x55" * 8)
+    assert medium.completion == 1000 * frame_bits(0x100, b"\x55" * 8)
+    assert medium.bits == frame_bits(0x100, b"\x55" * 8) + 3
+
+
+def test_a_corrupted_frame_is_tried_again_before_all_others_of_its_source():
+    medium = Medium(MEGABIT)
+    a, b = sources(medium, 2)
+    for can_id in (0x300, 0x080):
+        medium.queue(a, can_id, b"", 0)
+    medium.queue(b, 0x200, b"", 1)
+    medium.start(medium.next_start)
+    medium.corrupt(25)
+    assert medium.completion == 1000 * (25 + ERROR_FRAME_BITS)
+    assert medium.failed
+    medium.finish()
+    medium.retry()
+    assert [can_id for *_, can_id in play(medium)] == [0x200, 0x300, 0x080]
+    assert not medium.failed
+
+
+def test_a_source_off_the_bus_sends_nothing():
+    medium = Medium(MEGABIT)
+    a, b = sources(medium, 2)
+    medium.queue(a, 0x100, b"", 0)
+    medium.disconnect(a)
+    medium.queue(a, 0x101, b"", 0)
+    medium.queue(b, 0x200, b"", 0)
+    assert [can_id for *_, can_id in play(medium)] == [0x200]
+    medium.connect(a)
+    medium.queue(a, 0x102, b"", 0)
+    assert [can_id for *_, can_id in play(medium)] == [0x102]
 
 
 def test_load_is_the_share_of_bits():

@@ -2,22 +2,29 @@
 
 import re
 import struct
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
+from axisync_emulator.candump import Candump
 from axisync_emulator.drive.node import Drive
 from axisync_emulator.drive.specification import specify
+from axisync_emulator.faults.injector import Injector
+from axisync_emulator.faults.model import NodeFault, parse_fault
 from axisync_emulator.simcan.hub import Hub
-from axisync_schemas.cell import parse_cell
+from axisync_emulator.simcan.interface import SimCanBus
+from axisync_schemas.cell import Axis, parse_cell
 
 MS = 1_000_000
 PERIOD = 2 * MS
 START = 1000 * MS
 CELL_FILE = Path(__file__).parents[3] / "service/axisync_service/cells/eod.toml"
 SDO = struct.Struct("<BHBI")
+NODE_KINDS = {get_args(kind.model_fields["kind"].annotation)[0] for kind in get_args(NodeFault)}
 
 
 @dataclass
@@ -37,15 +44,27 @@ class Bench:
         text = CELL_FILE.read_text().replace('on_missed = "extrapolate"', f'on_missed = "{on_missed}"')
         cell = parse_cell(text)
         self.hub = hub
+        self.now = START
         self.recorder = recorder
-        self.drives = [Drive(specify(axis, 0), hub.attach()) for axis in cell.axes[:drives]]
+        self.injector = Injector([hub], lambda: self.now)
+        self.drives = [self._drive(axis) for axis in cell.axes[:drives]]
         self.drive = self.drives[0]
         self._master = hub.attach()
         self._seen = 0
-        self.now = START
         self.counter = 0
         self.sync_at = 0
         self.master_alive = False
+
+    def _drive(self, axis: Axis) -> Drive:
+        station = self.hub.attach()
+        drive = Drive(specify(axis, 0), station)
+        self.injector.know(self.hub.name, drive, station)
+        return drive
+
+    def inject(self, kind: str, **fields: object) -> int:
+        """A fault on this bus, in node 1 where it is one in a drive and no other is named."""
+        node = {"node": 1} if kind in NODE_KINDS and "node" not in fields else {}
+        return self.injector.inject(parse_fault({"kind": kind, "bus": self.hub.name, **node, **fields}))
 
     def power_on(self) -> None:
         for drive in self.drives:
@@ -142,6 +161,43 @@ class Bench:
     def emergencies(self, frames: list[tuple[int, int, bytes]], node: int = 1) -> list[tuple[int, int, int]]:
         """(time, code, register) of each EMCY."""
         return [(at, *struct.unpack("<HB", data[:3])) for at, can_id, data in frames if can_id == 0x080 + node and data]
+
+
+class Served:
+    """A hub without a loop of its own, at a time that the test sets."""
+
+    def __init__(self, path: Path) -> None:
+        self.now = 1_000_000_000
+        self.log = Candump(path.parent / "dump.log")
+        self.hub = Hub("kingkong", path, 1e6, clock=lambda: self.now, log=self.log)
+        self.buses: list[SimCanBus] = []
+
+    def connect(self) -> SimCanBus:
+        """A participant: the hub answers while the client waits for its hello."""
+        made: list[SimCanBus] = []
+        thread = threading.Thread(target=lambda: made.append(SimCanBus(str(self.hub.path))))
+        thread.start()
+        while thread.is_alive():
+            self.hub.accept()
+            thread.join(0.005)
+        self.buses += made
+        return made[0]
+
+    def run(self, duration: int) -> None:
+        self.hub.drain()
+        self.now += duration
+        self.hub.catch_up(set(), self.now)
+        self.hub.flush()
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Served]:
+    served = Served(tmp_path / "kingkong.sock")
+    yield served
+    for bus in served.buses:
+        bus.shutdown()
+    served.hub.close()
+    served.log.close()
 
 
 @pytest.fixture

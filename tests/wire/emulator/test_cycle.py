@@ -103,7 +103,7 @@ def test_rpdo_of_a_skipped_tick_is_never_replayed(enabled):
     bench, at = enabled
     bench.cycle(0x0F, at + 100)
     bench.cycle(skip=1)
-    assert bench.drive.profile.target == at
+    assert bench.drive.profile.csp.target == at
     assert bench.drive.motor.demand.velocity == 0.0
 
 
@@ -117,7 +117,7 @@ def test_rpdo_after_the_sync_window_counts_as_lost(enabled):
     bench.send(0x201, struct.pack("<Hi", 0x0F, at + 100))
     bench.run(1_300_000)
     bench.cycle()
-    assert bench.drive.profile.target == at
+    assert bench.drive.profile.csp.target == at
 
 
 def test_second_tpdo_every_sixth_sync_from_its_start_value(bench):
@@ -137,7 +137,7 @@ def test_velocity_and_torque_in_the_second_tpdo(enabled):
     (data,) = [data for _, can_id, data in frames if can_id == 0x281]
     velocity, torque = struct.unpack("<ih", data)
     assert velocity == pytest.approx(50_000, abs=5)
-    assert torque == pytest.approx(20, abs=3)
+    assert torque == pytest.approx(20 + 2.5, abs=3)  # friction, Coulomb's and viscous
 
 
 def test_mapping_written_by_sdo_is_what_is_sent_and_understood(bench):
@@ -156,7 +156,7 @@ def test_mapping_written_by_sdo_is_what_is_sent_and_understood(bench):
     frames = bench.cycle()
     (data,) = [data for _, can_id, data in frames if can_id == 0x1F0]
     assert struct.unpack("<ibH", data) == (0, 8, 0x0631)
-    assert bench.drive.profile.target == -7
+    assert bench.drive.profile.csp.target == -7
     assert not [can_id for _, can_id, _ in frames if can_id == 0x181]
 
 

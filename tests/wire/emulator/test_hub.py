@@ -11,8 +11,7 @@ from pathlib import Path
 import can
 import pytest
 
-from axisync_emulator.candump import Candump
-from axisync_emulator.simcan.hub import TRANSMIT_QUEUE, Hub
+from axisync_emulator.simcan.hub import TRANSMIT_QUEUE
 from axisync_emulator.simcan.interface import SimCanBus
 from axisync_emulator.simcan.listening import BusySocket, listen_at
 from axisync_emulator.simcan.protocol import BUFFER_BYTES, FRAME, Hello
@@ -22,44 +21,7 @@ US = 1000
 MS = 1_000_000
 
 
-class Served:
-    """A hub without a loop of its own, at a time that the test sets."""
-
-    def __init__(self, path: Path) -> None:
-        self.now = 1_000_000_000
-        self.log = Candump(path.parent / "dump.log")
-        self.hub = Hub("kingkong", path, 1e6, clock=lambda: self.now, log=self.log)
-        self.buses: list[SimCanBus] = []
-
-    def connect(self) -> SimCanBus:
-        """A participant: the hub answers while the client waits for its hello."""
-        made: list[SimCanBus] = []
-        thread = threading.Thread(target=lambda: made.append(SimCanBus(str(self.hub.path))))
-        thread.start()
-        while thread.is_alive():
-            self.hub.accept()
-            thread.join(0.005)
-        self.buses += made
-        return made[0]
-
-    def run(self, duration: int) -> None:
-        self.hub.drain()
-        self.now += duration
-        self.hub.catch_up(set(), self.now)
-        self.hub.flush()
-
-
-@pytest.fixture
-def served(tmp_path: Path):
-    served = Served(tmp_path / "kingkong.sock")
-    yield served
-    for bus in served.buses:
-        bus.shutdown()
-    served.hub.close()
-    served.log.close()
-
-
-def test_frames_reach_the_others_when_they_are_complete(served: Served):
+def test_frames_reach_the_others_when_they_are_complete(served):
     a, b, c = (served.connect() for _ in range(3))
     a.send_frame(0x123, b"\x01\x02\x03")
     took = 1000 * frame_bits(0x123, b"\x01\x02\x03")
@@ -71,7 +33,7 @@ def test_frames_reach_the_others_when_they_are_complete(served: Served):
     assert a.drain() == []
 
 
-def test_messages_of_every_kind_pass_unchanged(served: Served):
+def test_messages_of_every_kind_pass_unchanged(served):
     a, b = served.connect(), served.connect()
     messages = [
         can.Message(arbitration_id=0x7FF, is_extended_id=False, data=b""),
@@ -88,7 +50,7 @@ def test_messages_of_every_kind_pass_unchanged(served: Served):
     assert b.recv(0) is None
 
 
-def test_filters_and_time_stamps_are_python_cans(served: Served):
+def test_filters_and_time_stamps_are_python_cans(served):
     a, b = served.connect(), served.connect()
     b.set_filters([{"can_id": 0x200, "can_mask": 0x700}])
     a.send_frame(0x123, b"")
@@ -100,7 +62,7 @@ def test_filters_and_time_stamps_are_python_cans(served: Served):
     assert 1.0 < received.timestamp < 1.001
 
 
-def test_pending_frames_of_several_senders_by_identifier(served: Served):
+def test_pending_frames_of_several_senders_by_identifier(served):
     a, b, c = (served.connect() for _ in range(3))
     for bus, can_id in ((a, 0x300), (b, 0x200), (a, 0x100), (b, 0x400)):
         bus.send_frame(can_id, b"")
@@ -109,7 +71,7 @@ def test_pending_frames_of_several_senders_by_identifier(served: Served):
     assert [can_id for can_id, _, _ in c.drain()] == [0x200, 0x300, 0x100, 0x400]
 
 
-def test_full_transmit_buffer_is_refused_at_once_and_recovers(served: Served):
+def test_full_transmit_buffer_is_refused_at_once_and_recovers(served):
     a, b = served.connect(), served.connect()
     sent = itertools.count()
     with pytest.raises(can.CanOperationError) as error:
@@ -133,7 +95,7 @@ def flood(bus: SimCanBus, sent: Iterator[int]) -> None:
         bus.send_frame(0x123, b"\x00")
 
 
-def test_slow_reader_loses_frames_and_stops_nobody(served: Served):
+def test_slow_reader_loses_frames_and_stops_nobody(served):
     a, slow, fast = (served.connect() for _ in range(3))
     heard = 0
     for _ in range(10_000):
@@ -150,7 +112,7 @@ def test_slow_reader_loses_frames_and_stops_nobody(served: Served):
     assert [can_id for can_id, *_ in slow.drain()] == [0x080]
 
 
-def test_an_overloaded_bus_is_no_silence(served: Served):
+def test_an_overloaded_bus_is_no_silence(served):
     """A client that sends more than the bus can take: nothing of it is passed over, and no time-out fires."""
     a, b = served.connect(), served.connect()
     begin, fired = served.now, []
@@ -168,7 +130,7 @@ def test_an_overloaded_bus_is_no_silence(served: Served):
     assert fired == [ends[-1] + 1 * MS]
 
 
-def test_malformed_packets_are_dropped(served: Served):
+def test_malformed_packets_are_dropped(served):
     a, b = served.connect(), served.connect()
     a._sock.send(b"nonsense")
     a._sock.send(FRAME.pack(0, 0x100, 9, bytes(8)))
@@ -178,7 +140,7 @@ def test_malformed_packets_are_dropped(served: Served):
     assert served.hub.clients[0].malformed == 2
 
 
-def test_stamps_of_the_future_count_as_now(served: Served):
+def test_stamps_of_the_future_count_as_now(served):
     a, b = served.connect(), served.connect()
     a._sock.send(FRAME.pack(1 << 63, 0x123, 0, b""))
     served.run(1_000_000)
@@ -187,7 +149,7 @@ def test_stamps_of_the_future_count_as_now(served: Served):
 
 @pytest.mark.parametrize("count", [5, TRANSMIT_QUEUE + 10])
 @pytest.mark.parametrize("before_reading", [False, True])
-def test_a_pause_of_the_hub_changes_nothing_on_the_bus(served: Served, count: int, before_reading: bool):
+def test_a_pause_of_the_hub_changes_nothing_on_the_bus(served, count: int, before_reading: bool):
     """Frames that were sent at their times, but seen only much later, complete at their own times."""
     a, b = served.connect(), served.connect()
     begin, fired = served.now, []
@@ -207,7 +169,7 @@ def test_a_pause_of_the_hub_changes_nothing_on_the_bus(served: Served, count: in
     assert fired == [begin + 2 * (count - 1) * MS + ends[-1] + 3 * MS]
 
 
-def test_leaving_is_noticed_and_sent_frames_still_pass(served: Served):
+def test_leaving_is_noticed_and_sent_frames_still_pass(served):
     a, b = served.connect(), served.connect()
     a.send_frame(0x123, b"")
     a.shutdown()
@@ -216,7 +178,7 @@ def test_leaving_is_noticed_and_sent_frames_still_pass(served: Served):
     assert len(b.drain()) == 1
 
 
-def test_the_hubs_end_is_an_error_after_the_last_frame(served: Served):
+def test_the_hubs_end_is_an_error_after_the_last_frame(served):
     a, b = served.connect(), served.connect()
     a.send_frame(0x123, b"")
     served.run(1_000_000)
@@ -228,7 +190,7 @@ def test_the_hubs_end_is_an_error_after_the_last_frame(served: Served):
         b.send_frame(0x123, b"")
 
 
-def test_candump_lines(served: Served):
+def test_candump_lines(served):
     a = served.connect()
     a.send_frame(0x181, bytes.fromhex("37160a000000"))
     a.send(can.Message(arbitration_id=0x1ABCDEF, is_extended_id=True, data=b"\x01"))
@@ -243,7 +205,7 @@ def test_candump_lines(served: Served):
     assert [message.arbitration_id for message in reader] == [0x181, 0x1ABCDEF, 0x701]
 
 
-def test_one_hub_a_path(served: Served):
+def test_one_hub_a_path(served):
     with pytest.raises(BusySocket):
         listen_at(served.hub.path)
     assert stat.S_ISSOCK(served.hub.path.stat().st_mode)
@@ -275,7 +237,7 @@ def test_nobody_there_and_somebody_else(tmp_path: Path):
         thread.join()
 
 
-def test_hello_tells_the_bus(served: Served):
+def test_hello_tells_the_bus(served):
     bus = served.connect()
     assert bus.bitrate == 1e6
     assert bus.time_source is None

@@ -231,7 +231,7 @@ def test_enable_needs_a_target_near_the_actual_position(bench, offset: int, stat
     assert bool(status & 0x80) == (state == 0x23)
     # It goes there, no faster than its plausible speed.
     assert abs(velocity(bench)) <= 1.51 * 30 / 360 * 2**20
-    for _ in range(60):
+    for _ in range(200):
         bench.cycle(0x0F, offset)
     assert bench.read(0x6064, signed=True) == (offset if state == 0x27 else 0)
 

@@ -117,6 +117,27 @@ def test_a_segment_before_any_transfer_is_aborted(make_bench, first: int):
     assert bench.read(0x1018, 1) == 0x41584953
 
 
+def test_a_segment_after_the_end_of_a_transfer_is_aborted(bench):
+    assert bench.request(1, bytes.fromhex("4018100100000000"))[0] == 0x43  # expedited: nothing follows
+    assert bench.request(1, bytes([0x60, *bytes(7)])).hex() == "8000000001000405"
+    assert bench.request(1, bytes.fromhex("2185600004000000"))[0] == 0x60
+    assert bench.request(1, bytes([0x07, 1, 0, 0, 0, 0, 0, 0]))[0] == 0x20  # the last one
+    assert bench.request(1, bytes([0x17, 1, 0, 0, 0, 0, 0, 0])).hex() == "8000000001000405"
+
+
+def test_an_abort_of_the_client_ends_its_transfer(bench):
+    assert bench.request(1, bytes.fromhex("4008100000000000"))[0] == 0x41
+    bench.send(0x601, bytes.fromhex("8008100000000008"))
+    assert [can_id for _, can_id, _ in bench.run(20 * MS)] == [0x601]
+    assert bench.request(1, bytes([0x60, *bytes(7)])).hex() == "8000000001000405"
+
+
+def test_a_toggle_bit_that_does_not_alternate_is_aborted(bench):
+    assert bench.request(1, bytes.fromhex("4008100000000000"))[0] == 0x41
+    assert bench.request(1, bytes([0x60, *bytes(7)]))[0] == 0x00
+    assert bench.request(1, bytes([0x60, *bytes(7)])).hex() == "8008100000000305"
+
+
 @pytest.mark.parametrize("length", range(8))
 def test_short_sdo_frames_are_ignored(bench, length: int):
     bench.send(0x601, b"\x40\x18\x10\x01\x00\x00\x00"[:length])
@@ -150,7 +171,7 @@ def test_drives_are_told_apart(make_bench):
 def test_process_data_is_live_by_sdo(bench):
     assert bench.read(0x6041) == 0x0650
     assert bench.read(0x6064, signed=True) == 0
-    assert bench.read(0x6502) == 0x80
+    assert bench.read(0x6502) == 0xA0
     assert bench.write(0x607A, 0, -5, 4) == 0
     assert bench.read(0x607A, signed=True) == -5
     assert bench.read(0x1001) == 0

@@ -9,6 +9,8 @@ import pytest
 
 from axisync_emulator.drive.node import Drive
 from axisync_emulator.drive.specification import specify
+from axisync_emulator.faults.injector import Injector
+from axisync_emulator.faults.model import parse_fault
 from axisync_emulator.segment import Handler
 from axisync_emulator.socketcan import KernelBus
 from axisync_schemas.cell import parse_cell
@@ -55,6 +57,27 @@ def test_a_drive_boots_answers_and_beats(kernel: KernelBus, master: can.BusABC):
     assert received(master) == [(0x701, b"\x00"), (0x581, bytes.fromhex("4318100153495841"))]
     serve(kernel, now + 250 * MS)
     assert received(master) == [(0x701, b"\x7f")] * 2
+
+
+def test_faults_in_a_drive_need_no_simcan(kernel: KernelBus, master: can.BusABC):
+    now = time.monotonic_ns()
+    injector = Injector([kernel], lambda: now)
+    station = kernel.attach()
+    drive = Drive(specify(parse_cell(CELL_FILE.read_text()).axes[0], 0), station)
+    injector.know("kingkong", drive, station)
+    for fault in (
+        {"kind": "drift", "ppm": 100_000}, {"kind": "deaf", "id": 0x601, "duration_s": 0.1},
+        {"kind": "mute", "at_s": 0.25, "duration_s": 0.1}, {"kind": "emergency", "code": 0x2310, "at_s": 0.4},
+    ):  # fmt: skip
+        injector.inject(parse_fault({"bus": "kingkong", "node": 1, **fault}))
+    serve(kernel, now)
+    drive.power_on(now)
+    master.send(frame(0x601, bytes.fromhex("4018100100000000")))
+    serve(kernel, now + 500 * MS)
+    assert received(master) == [
+        (0x701, b"\x00"), (0x701, b"\x7f"), (0x701, b"\x7f"), (0x701, b"\x7f"),  # at 91, 182 and 364 ms
+        (0x081, bytes.fromhex("1023030000000000")), (0x701, b"\x7f"),
+    ]  # fmt: skip
 
 
 def test_frames_that_came_in_time_beat_a_time_out_seen_late(kernel: KernelBus, master: can.BusABC):
