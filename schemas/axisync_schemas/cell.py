@@ -6,26 +6,16 @@ import tomllib
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
-from pydantic import AfterValidator, Field, PlainSerializer, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
 from axisync_schemas.base import Name, Strict
+from axisync_schemas.cell_drive import DriveUnits, Homing, Monitor
 from axisync_schemas.cell_text import FileMissing, with_defaults, with_files, with_texts
+from axisync_schemas.cell_units import Degrees, Kilobits, Milliseconds, Percent, Positive, PositiveDegrees
 from axisync_schemas.urdf import Urdf
-
-
-def _scaled(factor: float) -> tuple[AfterValidator, PlainSerializer]:
-    """Validator from the file's unit to SI, and back."""
-    return AfterValidator(lambda x: x * factor), PlainSerializer(lambda x: x / factor, return_type=float)
-
-
-Degrees = Annotated[float, AfterValidator(math.radians), PlainSerializer(math.degrees, return_type=float)]
-Positive = Annotated[float, Field(gt=0)]
-PositiveDegrees = Annotated[Positive, AfterValidator(math.radians), PlainSerializer(math.degrees, return_type=float)]
-Milliseconds = Annotated[Positive, *_scaled(1e-3)]
-Kilobits = Annotated[Positive, *_scaled(1e3)]
 
 STOP_ACCELERATION_RATIO = 1.2
 STOP_JERK_RATIO = 2.0
@@ -65,6 +55,8 @@ class Identity(Strict):
 
     vendor_id: int = Field(ge=0, le=0xFFFFFFFF)
     product_code: int = Field(ge=0, le=0xFFFFFFFF)
+    serial_number: int | None = Field(ge=0, le=0xFFFFFFFF, default=None)
+    """Where the file names it, only this very drive is accepted."""
 
 
 class Drive(Strict):
@@ -84,7 +76,19 @@ class Drive(Strict):
     quick_stop_deceleration: PositiveDegrees = Field(alias="quick_stop_deceleration_deg_s2")
     brake_release: Milliseconds = Field(alias="brake_release_ms")
     identity: Identity
+    encoder: Literal["absolute", "incremental"] = "absolute"
+    torque_max: Percent | None = Field(alias="torque_max_percent", default=None)
+    """Of the rated torque (0x6072); None leaves the drive's own."""
+    units: DriveUnits = DriveUnits()
+    homing: Homing | None = None
+    monitor: Monitor = Monitor()
     start: Degrees = Field(alias="emulator_start_deg", default=0.0)
+
+    @model_validator(mode="after")
+    def _knows_where_it_is(self) -> Self:
+        if self.encoder == "incremental" and self.homing is None:
+            raise ValueError("an incremental encoder forgets where it is: drive.homing must say how to find out")
+        return self
 
     @cached_property
     def counts_per_rad(self) -> float:
@@ -185,6 +189,8 @@ class Group(Strict):
     tool: Pose = Pose()
     urdf: Urdf | None = None
     path: PathSettings = PathSettings()
+    homing_together: bool = False
+    """`home` homes all axes at once, instead of one after the other in the order of the file."""
     axes: tuple[Axis, ...] = Field(min_length=1, max_length=64)
 
     @model_validator(mode="after")

@@ -1,6 +1,6 @@
 """Requests that clients send to `cmd/<user>/<verb>`. SI units: rad, m, s."""
 
-from typing import Literal
+from typing import Annotated, Literal
 from uuid import UUID, uuid4
 
 from pydantic import Field
@@ -40,7 +40,7 @@ class LeaseRequest(Request):
 
 
 class GroupRequest(LeasedRequest):
-    """enable, disable, reset, hold, resume: of a group, a compound or "all"."""
+    """enable, disable, reset, home, hold, resume: of a group, a compound or "all"."""
 
     group: Name
 
@@ -49,6 +49,18 @@ class StopRequest(Request):
     """From anyone connected, without a lease; never stale, never rate-limited."""
 
     group: Name = "all"
+
+
+class DriveRequest(LeasedRequest):
+    """Maintenance: reads an object of a drive, or writes it where `value` is given, which needs a lease.
+
+    Attributes:
+        object: `0x6079`, `0x6064:0`, or a name from the EDS.
+    """
+
+    axis: Name
+    object: str = Field(min_length=1, max_length=128)
+    value: int | float | Annotated[str, Field(max_length=256)] | None = None
 
 
 class MoveRequest(LeasedRequest):

@@ -4,7 +4,7 @@ import re
 import struct
 from configparser import Error as ParserError
 from configparser import RawConfigParser
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cache
 from importlib import resources
@@ -163,13 +163,15 @@ class ObjectDictionary:
         return found[0]
 
 
-def parse_eds(text: str) -> ObjectDictionary:
-    """The object dictionary that an EDS describes.
+def parse_eds(text: str, faults: list[str] | None = None) -> ObjectDictionary:
+    """The object dictionary that an EDS describes. With `faults`, objects that cannot be understood are left out and
+    named there: files of the field are often a little wrong.
 
     Raises:
-        EdsError: not an EDS, or one that lacks what CiA 306 demands of an object.
+        EdsError: not an EDS, or (without `faults`) one that lacks what CiA 306 demands of an object.
     """
-    parser = RawConfigParser(inline_comment_prefixes=(";",))
+    lenient = faults is not None
+    parser = RawConfigParser(inline_comment_prefixes=(";",), strict=not lenient, allow_no_value=lenient)
     parser.optionxform = str  # type: ignore[assignment,method-assign]
     try:
         parser.read_string(text)
@@ -182,14 +184,32 @@ def parse_eds(text: str) -> ObjectDictionary:
         if match is None:
             continue
         index, sub = int(match[1], 16), match[2]
-        fields = dict(parser.items(section))
+        fields = {key: value or "" for key, value in parser.items(section)}
         if sub is None:
             names[index] = fields.get("ParameterName", "")
-        if "DataType" in fields:
-            prefix = f"{names[index]}: " if sub is not None and index in names else ""
-            entry = _entry(index, int(sub or "0", 16), prefix, fields, section)
-            entries[entry.index, entry.sub] = entry
+        if not fields.get("DataType"):
+            continue
+        prefix = f"{names[index]}: " if sub is not None and index in names else ""
+        try:
+            found = _described(index, int(sub or "0", 16), prefix, fields, section)
+        except EdsError as error:
+            if faults is None:
+                raise
+            faults.append(str(error))
+            continue
+        entries.update({(entry.index, entry.sub): entry for entry in found})
     return ObjectDictionary(entries)
+
+
+def _described(index: int, sub: int, prefix: str, fields: dict[str, str], section: str) -> list[Entry]:
+    """The entry of a section; all of an array that is written in one (CompactSubObj, CiA 306, 4.6.4.2)."""
+    entry = _entry(index, sub, prefix, fields, section)
+    compact = fields.get("CompactSubObj", "")
+    count = int(compact, 0) if compact.isalnum() else 0
+    if not count:
+        return [entry]
+    length = replace(entry, name=f"{entry.name}: highest", data_type=DataType.UNSIGNED8, default=count)
+    return [length, *(replace(entry, sub=n, name=f"{entry.name}: {n}") for n in range(1, count + 1))]
 
 
 def _entry(index: int, sub: int, prefix: str, fields: dict[str, str], section: str) -> Entry:

@@ -18,9 +18,9 @@ MAX_PACKET = 128 * 1024
 
 
 class GroupCommand(Strict):
-    """enable, disable, reset: answered when the command is done, or refused."""
+    """enable, disable, reset, home: answered when the command is done, or refused."""
 
-    op: Literal["enable", "disable", "reset"]
+    op: Literal["enable", "disable", "reset", "home"]
     ref: int
     group: Name
 
@@ -39,17 +39,36 @@ class BeginCommand(Strict):
     """STOP_COUNT of each member when the move was asked for: a stop since then wins over the move."""
 
 
-ControllerCommand = Annotated[GroupCommand | BeginCommand, Field(discriminator="op")]
-CONTROLLER_COMMAND: TypeAdapter[GroupCommand | BeginCommand] = TypeAdapter(ControllerCommand)
+class DriveCommand(Strict):
+    """Read an object of a drive by SDO, or write it.
+
+    Attributes:
+        axis: index in `Cell.axes`.
+        data: hexadecimal bytes to write. value: to write, in as many bytes as the object is found to have.
+        Neither: read.
+    """
+
+    op: Literal["drive"] = "drive"
+    ref: int
+    axis: int
+    index: int = Field(ge=0, le=0xFFFF)
+    sub: int = Field(ge=0, le=0xFF)
+    data: str | None = None
+    value: int | None = None
+
+
+ControllerCommand = Annotated[GroupCommand | BeginCommand | DriveCommand, Field(discriminator="op")]
+CONTROLLER_COMMAND: TypeAdapter[GroupCommand | BeginCommand | DriveCommand] = TypeAdapter(ControllerCommand)
 
 
 class ControllerReply(Strict):
-    """Answer to the command with this `ref`; `error` None means done."""
+    """Answer to the command with this `ref`; `error` None means done. `data`: hexadecimal bytes that were read."""
 
     type: Literal["reply"] = "reply"
     ref: int
     tick: int
     error: ErrorBody | None = None
+    data: str | None = None
 
 
 class ControllerEvent(Strict):
@@ -127,13 +146,26 @@ class GroupStatus(Strict):
 
 
 class DriveStatus(Strict):
-    """One drive; `error_code` is that of its last EMCY, 0 where none is active."""
+    """One drive; `error_code` is that of its last EMCY, 0 where none is active.
+
+    Attributes:
+        velocity: rad/s, torque: share of the rated torque; by TPDO2, None where the drive does not send it.
+        temperature: degrees Celsius, voltage: V, safe_torque_off: read now and then; None where not known.
+        homed: None where the axis needs no homing. serial: its serial number, 0 where not known.
+    """
 
     state: int
     nmt: int
     statusword: int
     error_code: int
     error: str | None
+    velocity: float | None = None
+    torque: float | None = None
+    temperature: float | None = None
+    voltage: float | None = None
+    safe_torque_off: bool | None = None
+    homed: bool | None = None
+    serial: int = 0
 
 
 class BusStatus(Strict):
@@ -155,3 +187,5 @@ class ControllerStatus(Strict):
     drives: tuple[DriveStatus, ...]
     buses: tuple[BusStatus, ...]
     skipped_ticks: int
+    homed_changes: int = 0
+    """`Word.HOMED_CHANGES` when this was written."""

@@ -56,6 +56,7 @@ class Word(IntEnum):
     REALTIME = 10  # controller: 1 when it runs under SCHED_FIFO with locked memory
     PLANNER_NS = 11  # planner
     FRONT_READY = 12  # front: 1 while it sees a running controller, so that commands can be carried out
+    HOMED_CHANGES = 13  # controller: grows whenever an axis was homed, or is no longer
 
 
 class GroupWord(IntEnum):

@@ -30,6 +30,21 @@ class GroupReply(Reply):
     groups: dict[str, str]
 
 
+class DriveReply(Reply):
+    """What `drive` read, or what the object holds after it was written.
+
+    Attributes:
+        object: index and sub-index. name: of the EDS, None for an object that the EDS does not have.
+        value: None for bytes that are no value of a known type. data: its bytes, hexadecimal.
+    """
+
+    axis: str
+    object: str
+    name: str | None
+    value: int | float | str | None
+    data: str
+
+
 class StepReport(Strict):
     """One step of a sequence: when it begins, how long it takes, and what sets that."""
 
@@ -97,7 +112,13 @@ class MoveReport(Strict):
 
 
 class DriveReport(Strict):
-    """One drive in `state`."""
+    """One drive in `state`.
+
+    Attributes:
+        velocity: rad/s, torque: share of the rated torque, as the drive measures them (TPDO2); None where not known.
+        temperature: degrees Celsius, voltage: of the DC link, V; safe_torque_off; None where not known.
+        homed: None where the axis needs no homing.
+    """
 
     axis: str
     bus: str
@@ -107,6 +128,12 @@ class DriveReport(Strict):
     statusword: int
     error_code: int
     error: str | None
+    velocity: float | None = None
+    torque: float | None = None
+    temperature: float | None = None
+    voltage: float | None = None
+    safe_torque_off: bool | None = None
+    homed: bool | None = None
 
 
 class GroupReport(Strict):

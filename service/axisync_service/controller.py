@@ -3,7 +3,7 @@
 import mmap
 import socket
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from axisync_schemas.cell import Cell
@@ -15,6 +15,7 @@ from axisync_schemas.ticks import TickLayout
 from axisync_service import process
 from axisync_service.bus.port import BusError, BusPort, open_port
 from axisync_service.canopen.budget import budget
+from axisync_service.daemon.homed import HomedFile
 from axisync_service.motion_controller import realtime
 from axisync_service.motion_controller.clock import GridClock, MonotonicTime, TimeSource
 from axisync_service.motion_controller.cycle import Cycle
@@ -35,9 +36,12 @@ class Memory:
     plans: mmap.mmap
 
 
-def build(cell: Cell, memory: Memory, ports: list[BusPort], commander: Commander, log: socket.socket | None) -> Cycle:
-    """Constructs the loop from its parts."""
-    core = Core(cell, lambda slot, plan_id: PlanReader(memory.plans, slot, plan_id))
+def build(
+    cell: Cell, memory: Memory, ports: list[BusPort], commander: Commander, log: socket.socket | None,
+    homed: Mapping[str, int] | None = None,
+) -> Cycle:  # fmt: skip
+    """Constructs the loop from its parts; `homed`: axes that an earlier run homed, and their drives' serial numbers."""
+    core = Core(cell, lambda slot, plan_id: PlanReader(memory.plans, slot, plan_id), homed)
     source: TimeSource = next((port.time_source for port in ports if port.time_source), None) or MonotonicTime()
     worst = max(budget(cell, bus).cyclic_s for bus in cell.buses)
     clock = GridClock(source, cell.period_ns, round(worst * 1e9))
@@ -73,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return process.EXIT_CONFIGURATION
     commander = FrontLink(socket.socket(fileno=context.sockets["controller_listen"]))
     log = socket.socket(fileno=context.sockets["log"])
-    cycle = build(cell, memory, ports, commander, log)
+    cycle = build(cell, memory, ports, commander, log, HomedFile(cell).read())
     continue_grid(cycle, memory.control)
     enter_realtime(cycle.core, memory.control)
     try:

@@ -10,9 +10,12 @@ import typer
 
 from axisync_schemas.cell import Cell, CellError, read_cell
 from axisync_schemas.cell_remarks import remarks
+from axisync_schemas.eds import EdsError
+from axisync_service.bus_table import print_buses
 from axisync_service.canopen.budget import LOAD_MAX, budget
 from axisync_service.daemon.locks import Locked, runtime_directory
 from axisync_service.demo import EmulatorFailed, Emulators, Program, kernel_has, next_steps, patient, program_for
+from axisync_service.eds_import import import_section
 from axisync_service.motion_controller import realtime
 from axisync_service.process import LOG_LEVEL_VARIABLE
 from axisync_service.supervisor import Supervisor
@@ -128,21 +131,25 @@ def check(cell_file: CellFile) -> None:
     print("\nlimits in deg, deg/s, deg/s^2, deg/s^3")
     for remark in remarks(cell):
         print(f"note: {remark}")
-    print(f"\n{'bus':<14}{'drives':>7}{'cyclic':>12}{'load':>8}{'worst cycle':>16}")
-    fits = True
-    for bus in cell.buses:
-        b = budget(cell, bus)
-        fits = fits and b.fits
-        worst = b.worst_cycle_s / b.period_s
-        print(
-            f"{b.bus:<14}{b.drives:>7}{f'{b.cyclic_s * 1e6:.0f} us':>12}{f'{b.load:.1%}':>8}"
-            f"{f'{b.worst_cycle_s * 1e6:.0f} us ({worst:.0%})':>16}"
-        )
-        if not b.fits:
-            print(f"  refused: over {LOAD_MAX:.0%}; use a longer period_ms, a faster bus, or another bus")
-        elif worst > 1.0:
-            print("  warning: a cycle in which everything falls due does not fit; frames will be late in it")
-    raise typer.Exit(0 if fits else 1)
+    raise typer.Exit(0 if print_buses(cell) else 1)
+
+
+@app.command("import-eds")
+def import_eds(
+    eds_file: Annotated[Path, typer.Argument(help="The drive's electronic data sheet.", show_default=False)],
+    bus: Annotated[str, typer.Option(help="Bus of the drive.")] = "can0",
+    node: Annotated[int, typer.Option(min=1, max=126, help="Its node id.")] = 1,
+) -> None:
+    """Print the cell file's drive section for a drive's EDS; say what it lacks."""
+    try:
+        imported = import_section(eds_file, bus, node)
+    except EdsError as error:
+        typer.echo(f"axisyncd: {eds_file}: {error}", err=True)
+        raise typer.Exit(1) from None
+    print(imported.section)
+    for warning in imported.warnings:
+        typer.echo(f"warning: {warning}", err=True)
+    raise typer.Exit(1 if imported.unusable else 0)
 
 
 def _load(path: Path, refuse_overload: bool = True) -> tuple[Cell, str]:

@@ -20,6 +20,7 @@ from axisync_schemas.memory import Mailbox, Word
 from axisync_schemas.replies import Event
 from axisync_schemas.topics import LOG_EVENTS
 from axisync_service.daemon.children import MODULES, Child, Restarts, describe_exit
+from axisync_service.daemon.homed import HomedFile
 from axisync_service.daemon.locks import Locks
 from axisync_service.daemon.surroundings import make_surroundings
 from axisync_service.process import EXIT_CONFIGURATION
@@ -62,6 +63,7 @@ class Supervisor:
         self.on_ready: Callable[[list[str]], None] = lambda _: None
         self.each_poll: Callable[[], None] = lambda: None
         self._restarts = Restarts()
+        self._homed = HomedFile(cell)
         self._asked_to_stop = False
         self._failed = False
 
@@ -103,6 +105,7 @@ class Supervisor:
                 wake.recv(1024)
             self.control[Word.SUPERVISOR_NS] = time.monotonic_ns()
             self._watch()
+            self._homed.follow(self.control, self._status)
             if not told:
                 processes, drives = self._waiting_for()
                 patience = PROCESSES_READY_S if processes else DRIVES_READY_S
@@ -173,6 +176,7 @@ class Supervisor:
         """Refuse moves, stop groups, disable drives; then drain the recorder and close Zenoh."""
         self.control[Word.PHASE] = Phase.STOPPING
         self._await(["controller"])
+        self._homed.follow(self.control, self._status)
         self.control[Word.PHASE] = Phase.CLOSING
         self._await(["recorder", "planner", "front"])
 

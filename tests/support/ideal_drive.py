@@ -1,4 +1,7 @@
-"""A drive that does at once what it is told: for tests of decisions, which need no bus."""
+"""A drive that does at once what it is told: for tests of decisions, which need no bus.
+
+In homing mode it turns by 5 counts a tick, and finds its home where its counts are `home_at`.
+"""
 
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import DriveState, NmtState
@@ -6,8 +9,10 @@ from axisync_service.canopen.pdo import make_rpdo1
 from axisync_service.drives.bring_up import Phase
 from axisync_service.drives.cia402 import Controlword
 from axisync_service.drives.link import DriveLink
+from axisync_service.mapper.counts import wrap_int32
 from axisync_service.motion_controller.demand import Inputs
 from axisync_service.motion_controller.step import Core
+from support.sdo_server import SdoServer
 
 _STATUSWORD = {
     DriveState.SWITCH_ON_DISABLED: 0x0250,
@@ -26,8 +31,18 @@ _UP = {
 }
 
 
+HOMING_STEP = 5
+_HALT, _START = 0x100, 0x10
+_REACHED, _ATTAINED, _HOMING_ERROR, _FOLLOWS = 0x0400, 0x1000, 0x2000, 0x1000
+
+
 class IdealDrive:
-    """Answers one `DriveLink`."""
+    """Answers one `DriveLink`.
+
+    Attributes:
+        silent, stuck: sends nothing; does not follow its target.
+        home_at: counts at which it finds its home, from then on 0. homing_fails: instead it reports a homing error.
+    """
 
     def __init__(self, link: DriveLink, counts: int) -> None:
         self.link, self.counts = link, counts
@@ -35,7 +50,12 @@ class IdealDrive:
         self.silent = False
         self.stuck = False
         self._reset_bit = False
-        link.bring_up.phase = Phase.READY
+        self.server = SdoServer(link.axis)
+        self.home_at = counts
+        self.homing_fails = False
+        self._homed = False
+        link.bring_up.phase, link.bring_up.serial = Phase.READY, 77
+        self.server.values[0x6060, 0] = self.server.values[0x6061, 0] = b"\x08"
 
     def tick(self, controlword: int, target: int, now_ns: int) -> None:
         """Takes an RPDO and answers with a TPDO and a heartbeat."""
@@ -47,11 +67,30 @@ class IdealDrive:
             self.state = DriveState.SWITCH_ON_DISABLED
         else:
             self.state = _UP.get((self.state, Controlword(controlword)), self.state)
-        if self.state is DriveState.OPERATION_ENABLED and not self.stuck:
+        word = _STATUSWORD[self.state]
+        if self.state is DriveState.OPERATION_ENABLED and self.server.values[0x6060, 0] == b"\x06":
+            word = word & ~_FOLLOWS | self._seek_home(controlword)
+        elif self.state is DriveState.OPERATION_ENABLED and not self.stuck:
             self.counts = target
         if not self.silent:
-            self.link.on_tpdo1(make_rpdo1(_STATUSWORD[self.state], self.counts))
+            if not self.link.bring_up.sdo.idle:
+                self.server.serve(self.link.bring_up, now_ns)
+                self.server.values[0x6061, 0] = self.server.values[0x6060, 0]
+            self.link.on_tpdo1(make_rpdo1(word, wrap_int32(self.counts)))
             self.link.on_heartbeat(bytes((NmtState.OPERATIONAL,)), now_ns)
+
+    def _seek_home(self, controlword: int) -> int:
+        """Bits of the statusword in homing mode."""
+        if controlword & _HALT or not controlword & _START:
+            return _REACHED | (_ATTAINED if self._homed else 0)
+        if self.homing_fails:
+            return _REACHED | _HOMING_ERROR
+        if not self._homed:
+            left = self.home_at - self.counts
+            self.counts += max(-HOMING_STEP, min(HOMING_STEP, left))
+            if self.counts == self.home_at:
+                self.counts, self._homed = 0, True
+        return _ATTAINED | _REACHED if self._homed else 0
 
 
 class Bench:
@@ -64,7 +103,7 @@ class Bench:
 
     def __init__(self, cell: Cell, core: Core) -> None:
         self.cell, self.core = cell, core
-        starts = [axis.drive.start for axis in cell.axes]
+        starts = [axis.drive.start - axis.drive.offset for axis in cell.axes]
         scale = [axis.drive.counts_per_rad for axis in cell.axes]
         self.drives = [IdealDrive(d, round(q * s)) for d, q, s in zip(core.drives, starts, scale, strict=True)]
         self.tick = 0

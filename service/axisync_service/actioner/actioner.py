@@ -10,8 +10,9 @@ from axisync_schemas.events import EventKind
 from axisync_schemas.internal import ControllerEvent, ControllerReply, GroupCommand, PlanResult
 from axisync_schemas.replies import GroupReply, LeaseReply, MoveReport
 from axisync_service.actioner import admission
-from axisync_service.actioner.controller_calls import ControllerCalls
+from axisync_service.actioner.controller_calls import TIMEOUT_NS, ControllerCalls
 from axisync_service.actioner.desk import Call, Desk
+from axisync_service.actioner.drive_objects import DriveObjects
 from axisync_service.actioner.leases import Lease, Leases
 from axisync_service.actioner.mover import Mover
 from axisync_service.actioner.moves import report
@@ -36,6 +37,7 @@ class Actioner:
         self.leases = Leases(cell.group_names, epochs)
         self._calls = ControllerCalls(ports, self._desk)
         self._mover = Mover(cell, ports, self._desk, self.leases, self._calls, first_plan_id)
+        self._drives = DriveObjects(cell, self._desk, self.leases, self._calls)
         self._was_up = False
         self._handlers: dict[str, Handler] = {
             "move": self._move,
@@ -43,6 +45,8 @@ class Actioner:
             "enable": self._group,
             "disable": self._group,
             "reset": self._group,
+            "home": self._group,
+            "drive": self._drives.handle,
             "lease": self._lease,
         }
         for group, epoch in enumerate(epochs):  # No lease of an earlier front holds.
@@ -129,7 +133,7 @@ class Actioner:
         self._mover.handle(call, _as(MoveRequest, call.request), world)
 
     def _group(self, call: Call, world: World) -> None:
-        """enable, disable, reset: the controller decides, and answers when it is done."""
+        """enable, disable, reset, home: the controller decides, and answers when it is done."""
         request = _as(GroupRequest, call.request)
         members = members_of(self._cell, request.group)
         if call.verb != "disable":
@@ -137,7 +141,20 @@ class Actioner:
         self.leases.verify(request.lease, members, world.now_ns)
         admission.check_controller(world)
         command = GroupCommand.model_validate({"op": call.verb, "ref": self._calls.new_ref(), "group": request.group})
-        self._calls.send(call, command, world.now_ns, done=lambda then: self._group_done(call, members, then))
+        timeout_ns = self._homing_ns(members) if call.verb == "home" else TIMEOUT_NS
+        self._calls.send(
+            call,
+            command,
+            world.now_ns,
+            done=lambda then: self._group_done(call, members, then),
+            timeout_ns=timeout_ns,
+        )
+
+    def _homing_ns(self, members: tuple[int, ...]) -> int:
+        """As long as every drive of the groups may take, one after the other."""
+        groups = [self._cell.groups[member] for member in members]
+        homings = [axis.drive.homing for group in groups for axis in group.axes]
+        return TIMEOUT_NS + round(sum(1e9 * homing.timeout_s + TIMEOUT_NS for homing in homings if homing is not None))
 
     def _group_done(self, call: Call, members: tuple[int, ...], world: World) -> None:
         labels = world.labels(self._cell.group_names, members)

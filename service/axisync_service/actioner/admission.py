@@ -46,6 +46,17 @@ def check_movable(cell: Cell, members: tuple[int, ...], world: World) -> None:
         _check_state(cell.group_names[member], world, member, NOT_MOVABLE)
 
 
+def check_homed(cell: Cell, members: tuple[int, ...], world: World) -> None:
+    """Refuses where an axis must be homed before it may move: NOT_HOMED."""
+    drives = world.status.drives if world.status is not None else ()
+    for member in members:
+        name = cell.group_names[member]
+        missing = [cell.axes[i].name for i in cell.axis_indices(name) if drives and drives[i].homed is False]
+        if missing:
+            message = f"{name}: {', '.join(missing)} must be homed first: `home {name}`"
+            raise Refusal(ErrorCode.NOT_HOMED, message, group=name, axes=missing)
+
+
 def check_at_rest(cell: Cell, members: tuple[int, ...], world: World) -> None:
     """Refuses while a group moves, for a plan that is only looked at: BUSY."""
     table = {state: why for state, why in NOT_MOVABLE.items() if state in NOT_AT_REST}

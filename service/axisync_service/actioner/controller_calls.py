@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from axisync_schemas.errors import ErrorBody, ErrorCode, Refusal
-from axisync_schemas.internal import BeginCommand, ControllerReply, GroupCommand
+from axisync_schemas.internal import BeginCommand, ControllerReply, DriveCommand, GroupCommand
 from axisync_service.actioner.desk import Call, Desk
 from axisync_service.actioner.ports import Ports
 from axisync_service.actioner.world import World
@@ -21,6 +21,8 @@ class Pending:
     until_ns: int
     done: Callable[[World], None]
     refused: Callable[[], None]
+    heard: Callable[[ControllerReply], None]
+    timeout_ns: int
 
 
 class ControllerCalls:
@@ -40,19 +42,21 @@ class ControllerCalls:
     def send(
         self,
         call: Call,
-        command: GroupCommand | BeginCommand,
+        command: GroupCommand | BeginCommand | DriveCommand,
         now_ns: int,
         done: Callable[[World], None],
         refused: Callable[[], None] = lambda: None,
+        heard: Callable[[ControllerReply], None] = lambda _: None,
+        timeout_ns: int = TIMEOUT_NS,
     ) -> None:
-        """Sends a command; then `done`, or `refused` and the call is refused.
+        """Sends a command; then `heard` (the reply itself) and `done`, or `refused` and the call is refused.
 
         Raises:
             Refusal: UNAVAILABLE, the controller cannot be reached.
         """
         if not self._ports.to_controller(command):
             raise Refusal(ErrorCode.UNAVAILABLE, "the controller cannot be reached")
-        self._pending[command.ref] = Pending(call, now_ns + TIMEOUT_NS, done, refused)
+        self._pending[command.ref] = Pending(call, now_ns + timeout_ns, done, refused, heard, timeout_ns)
 
     def on_reply(self, reply: ControllerReply, world: World) -> None:
         """The controller has answered."""
@@ -60,6 +64,7 @@ class ControllerCalls:
         if pending is None:
             return
         if reply.error is None:
+            pending.heard(reply)
             pending.done(world)
         else:
             self._refuse(pending, _refusal(reply.error), world)
@@ -73,8 +78,9 @@ class ControllerCalls:
     def on_time(self, world: World) -> None:
         """Gives up on what was not answered. What a late answer then says shows in `state` and `moves`."""
         for ref in [ref for ref, pending in self._pending.items() if pending.until_ns <= world.now_ns]:
-            message = f"the controller did not answer within {TIMEOUT_NS / 1e9:g} s"
-            self._refuse(self._pending.pop(ref), Refusal(ErrorCode.UNAVAILABLE, message), world)
+            pending = self._pending.pop(ref)
+            message = f"the controller did not answer within {pending.timeout_ns / 1e9:g} s"
+            self._refuse(pending, Refusal(ErrorCode.UNAVAILABLE, message), world)
 
     def _refuse(self, pending: Pending, refusal: Refusal, world: World) -> None:
         pending.refused()

@@ -81,6 +81,8 @@ class Mover:
             self._leases.verify(request.lease, members, world.now_ns)
         admission.check_controller(world)
         (admission.check_movable if commit else admission.check_at_rest)(self._cell, members, world)
+        if commit:
+            admission.check_homed(self._cell, members, world)
         self._check_free(members, commit)
         axes = self._axes(members)
         start = tuple(world.setpoint[i] for i in axes)

@@ -7,7 +7,7 @@ from pydantic_core import from_json
 
 from axisync_schemas import SCHEMA_VERSION
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, Request, StopRequest
+from axisync_schemas.commands import DriveRequest, GroupRequest, LeaseRequest, MoveRequest, Request, StopRequest
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.keys import VERBS
 from axisync_schemas.moves import NO_KIND, TAGS
@@ -19,6 +19,8 @@ MODELS: dict[str, type[Request]] = {
     "enable": GroupRequest,
     "disable": GroupRequest,
     "reset": GroupRequest,
+    "home": GroupRequest,
+    "drive": DriveRequest,
     "lease": LeaseRequest,
 }
 """The verbs served, and the model of each one's request."""

@@ -1,6 +1,8 @@
 """The cycle's view of a bus: send a frame, drain what has come, never wait."""
 
+import fcntl
 import struct
+import termios
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any
@@ -18,6 +20,9 @@ FRAME_BITS = 47
 _CAN_FRAME = struct.Struct("=IB3x8s")
 _FLAGS = 0xE0000000
 """Extended, remote and error frames: none of them is ours."""
+_ERROR_FRAME, _ERROR_BUS_OFF, _ERROR_RESTARTED = 0x20000000, 0x040, 0x100
+"""Of linux/can/error.h: the kernel says by such frames that the controller has left the bus, and is back."""
+BUS_OFF = "bus-off: its controller has left the bus after too many errors"
 
 
 class BusError(Exception):
@@ -31,6 +36,7 @@ class BusPort(ABC):
         bits: of all frames sent and received, without stuffing.
         sent, received, lost: frames; lost ones found the transmit queue full, or the bus down.
         failure: why the last frame could not be sent; None while the bus works.
+        off: bus-off, or just back from it with old frames still queued: nothing is sent.
         time_source: the bus's own time in lock-step, else None.
     """
 
@@ -40,9 +46,16 @@ class BusPort(ABC):
         self.bus = bus
         self.sent = self.received = self.lost = self.bits = 0
         self.failure: str | None = None
+        self.off = False
 
     def send(self, can_id: int, data: bytes) -> None:
-        """Queues a frame; a full queue or a dead bus loses it (counted) and never raises."""
+        """Queues a frame; a full queue or a dead bus loses it (counted) and never raises.
+
+        While the controller is off the bus nothing is queued: it would be sent later, as a command of long ago.
+        """
+        if self.off:
+            self.lost += 1
+            return
         try:
             self._send(can_id, data)
         except (OSError, can.CanError) as error:
@@ -77,6 +90,7 @@ class SocketCanPort(BusPort):
         self._bus = _open(bus, lambda: can.Bus(interface="socketcan", channel=bus.channel))
         self._socket = self._bus.socket
         self._socket.setblocking(False)
+        self._restarted = True
 
     def _send(self, can_id: int, data: bytes) -> None:
         self._socket.send(_CAN_FRAME.pack(can_id, len(data), data))
@@ -90,12 +104,27 @@ class SocketCanPort(BusPort):
                 can_id, length, data = _CAN_FRAME.unpack(receive(_CAN_FRAME.size))
                 if not can_id & _FLAGS:
                     frames.append((can_id, data[:length]))
+                elif can_id & _ERROR_FRAME:
+                    self._on_error(can_id)
         except BlockingIOError:
             pass
         except OSError as error:
             self.failure = str(error)
+        if self.off and self._restarted and self._queued() == 0:
+            self.off, self.failure = False, None
         self._count(frames)
         return frames
+
+    def _on_error(self, can_id: int) -> None:
+        if can_id & _ERROR_BUS_OFF:
+            self.off, self._restarted, self.failure = True, False, BUS_OFF
+        elif can_id & _ERROR_RESTARTED:
+            self._restarted = True
+
+    def _queued(self) -> int:
+        """Bytes that the kernel still has of ours. It drops its queue with the carrier; what is left goes out first."""
+        answer = fcntl.ioctl(self._socket, termios.TIOCOUTQ, bytes(4))
+        return int.from_bytes(answer, "little")
 
     def close(self) -> None:
         """Closes the socket."""

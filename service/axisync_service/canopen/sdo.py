@@ -15,6 +15,9 @@ ABORT_WORDS = {
     0x05030000: "toggle bit not alternated",
     0x05040000: "SDO protocol timed out",
     0x05040001: "command specifier not valid",
+    0x05040002: "invalid block size",
+    0x05040003: "invalid sequence number",
+    0x05040004: "CRC error",
     0x05040005: "out of memory",
     0x06010000: "unsupported access to an object",
     0x06010001: "attempt to read a write-only object",
@@ -32,13 +35,18 @@ ABORT_WORDS = {
     0x06090030: "invalid value for parameter",
     0x06090031: "value of parameter written too high",
     0x06090032: "value of parameter written too low",
+    0x06090036: "maximum value is less than minimum value",
     0x060A0023: "resource not available: SDO connection",
     0x08000000: "general error",
     0x08000020: "data cannot be transferred or stored",
     0x08000021: "data cannot be transferred or stored because of local control",
     0x08000022: "data cannot be transferred or stored because of the present device state",
+    0x08000023: "object dictionary is missing or could not be generated",
     0x08000024: "no data available",
 }
+"""CiA 301, table 22."""
+NO_OBJECT = 0x06020000
+NO_SUB_INDEX = 0x06090011
 
 
 class SdoError(Exception):

@@ -8,13 +8,11 @@ from axisync_schemas import eds
 from axisync_schemas.cell import Axis, Cell
 from axisync_schemas.enumerations import NmtState
 from axisync_service.canopen.nmt import NmtCommand
-from axisync_service.canopen.sdo import SdoClient, SdoError
-from axisync_service.drives.configuration import Row, rows
+from axisync_service.canopen.sdo import NO_OBJECT, NO_SUB_INDEX, SdoClient, SdoError
+from axisync_service.drives.configuration import CSP_SUPPORTED, Row, rows
 
 RETRY_NS = 1_000_000_000
 NMT_TIMEOUT_NS = 500_000_000
-NO_OBJECT = 0x06020000
-NO_SUB_INDEX = 0x06090011
 
 
 class Phase(Enum):
@@ -22,6 +20,9 @@ class Phase(Enum):
 
     PRESENCE = auto()
     IDENTITY = auto()
+    SERIAL = auto()
+    MODES = auto()
+    LISTEN = auto()
     PRE_OPERATIONAL = auto()
     CONFIGURE = auto()
     VERIFY = auto()
@@ -40,6 +41,10 @@ class BringUp:
         command: an NMT command to send now; the caller takes it away.
         history: error codes that the drive remembered (0x1003), newest first.
         failure: one sentence, when FAILED.
+        serial: serial number (0x1018:4), 0 where the drive has none.
+        listens: waits for a heartbeat before anything is changed, since its state tells whether power was lost.
+        foreign: another drive than the cell file's answered since the last restart.
+        was_operational: the node was operational when bring-up found it: it has not lost power since it was brought up.
     """
 
     cell: Cell
@@ -50,6 +55,10 @@ class BringUp:
     command: NmtCommand | None = None
     history: tuple[int, ...] = ()
     failure: str | None = None
+    serial: int = 0
+    listens: bool = False
+    was_operational: bool = False
+    foreign: bool = False
     _rows: tuple[Row, ...] = ()
     _row: int = 0
     _asked: bool = False
@@ -64,14 +73,25 @@ class BringUp:
 
     def restart(self) -> None:
         """Begins anew, after a boot-up frame or a lost heartbeat."""
+        self.failure, self.foreign = None, False
+        self._begin()
+
+    def retry(self) -> None:
+        """Begins anew after a failure, at once."""
+        if self.nmt is NmtState.STOPPED:  # There a node answers no SDO (CiA 301, table 38).
+            self.command = NmtCommand.ENTER_PRE_OPERATIONAL
+        self._begin()
+
+    def _begin(self) -> None:
         self.sdo = SdoClient(self.sdo.timeout_ns)
         self.phase = Phase.PRESENCE
-        self.failure = None
         self._asked = False
 
     def step(self, now_ns: int) -> None:
-        """Moves on as far as the answers received allow."""
+        """Moves on as far as the answers received allow; what follows an answer is asked in the same tick."""
         _STEPS[self.phase](self, now_ns)
+        if not self._asked:
+            _STEPS[self.phase](self, now_ns)
 
     def _go(self, phase: Phase, now_ns: int = 0, wait_ns: int = 0) -> None:
         self.phase = phase
@@ -108,14 +128,39 @@ class BringUp:
             self._fail(now_ns, f"{object_name(0x1018, 2)}: {answer}")
         elif answer is not None:
             expected = self.axis.drive.identity.product_code
-            self._identity_checked(now_ns, answer, "product_code", expected, Phase.PRE_OPERATIONAL)
+            self._identity_checked(now_ns, answer, "product_code", expected, Phase.SERIAL)
 
     def _identity_checked(self, now_ns: int, answer: bytes, what: str, expected: int, then: Phase) -> None:
         found = int.from_bytes(answer, "little")
         if found != expected:
+            self.foreign = True
             self._fail(now_ns, f"{what} is 0x{found:08X}, the cell file says 0x{expected:08X}: stays pre-operational")
         else:
             self._go(then, now_ns, NMT_TIMEOUT_NS)
+
+    def _serial(self, now_ns: int) -> None:
+        answer = self._answer(lambda: self.sdo.upload(0x1018, 4))
+        if isinstance(answer, SdoError) and answer.abort not in (NO_OBJECT, NO_SUB_INDEX):
+            self._fail(now_ns, f"{object_name(0x1018, 4)}: {answer}")
+        elif answer is not None:
+            found = answer if isinstance(answer, bytes) else b""
+            self.serial = int.from_bytes(found, "little")
+            expected = self.axis.drive.identity.serial_number
+            wanted = self.serial if expected is None else expected
+            self._identity_checked(now_ns, found, "serial_number", wanted, Phase.MODES)
+
+    def _modes(self, now_ns: int) -> None:
+        """A drive without csp is refused here; one that does not say what it can do gets the benefit of the doubt."""
+        answer = self._answer(lambda: self.sdo.upload(0x6502, 0))
+        if isinstance(answer, bytes) and not int.from_bytes(answer, "little") & CSP_SUPPORTED:
+            self._fail(now_ns, f"{object_name(0x6502, 0)} does not have cyclic synchronous position (bit 7)")
+        elif answer is not None:
+            self._go(Phase.LISTEN, now_ns, round(self.cell.drive_heartbeat_timeout * 1e9))
+
+    def _listen(self, now_ns: int) -> None:
+        if not self.listens or self.nmt is not NmtState.UNKNOWN or now_ns > self._deadline_ns:
+            self.was_operational = self.nmt is NmtState.OPERATIONAL
+            self._go(Phase.PRE_OPERATIONAL, now_ns, NMT_TIMEOUT_NS)
 
     def _pre_operational(self, now_ns: int) -> None:
         if not self._asked:
@@ -128,7 +173,7 @@ class BringUp:
 
     def _configure(self, now_ns: int) -> None:
         row = self._rows[self._row]
-        answer = self._answer(lambda: self.sdo.download(row.index, row.sub, _packed(row)))
+        answer = self._answer(lambda: self.sdo.download(row.index, row.sub, row.packed()))
         if isinstance(answer, SdoError):
             if row.optional and answer.abort in (NO_OBJECT, NO_SUB_INDEX):
                 self._next_row()
@@ -146,7 +191,7 @@ class BringUp:
         if isinstance(answer, SdoError):
             self._fail(now_ns, f"reading back {object_name(row.index, row.sub)}: {answer}")
         elif answer is not None:
-            if answer != _packed(row):
+            if not row.holds(answer):
                 found = int.from_bytes(answer, "little", signed=row.value < 0)
                 self._fail(now_ns, f"{object_name(row.index, row.sub)} reads back {found}, not {row.value}")
             else:
@@ -178,6 +223,7 @@ class BringUp:
             self._asked = True
             self.command = NmtCommand.START
         elif self.nmt is NmtState.OPERATIONAL:
+            self.failure = None
             self._go(Phase.READY)
         elif now_ns > self._deadline_ns:
             self._fail(now_ns, f"does not become operational, its heartbeat says {self.nmt.label}")
@@ -186,13 +232,17 @@ class BringUp:
         """Nothing left to do."""
 
     def _failed(self, now_ns: int) -> None:
+        """Tries again after a while; until that has led somewhere, the failure stands."""
         if now_ns > self._deadline_ns:
-            self.restart()
+            self.retry()
 
 
 _STEPS = {
     Phase.PRESENCE: BringUp._presence,
     Phase.IDENTITY: BringUp._identity,
+    Phase.SERIAL: BringUp._serial,
+    Phase.MODES: BringUp._modes,
+    Phase.LISTEN: BringUp._listen,
     Phase.PRE_OPERATIONAL: BringUp._pre_operational,
     Phase.CONFIGURE: BringUp._configure,
     Phase.VERIFY: BringUp._verify,
@@ -201,10 +251,6 @@ _STEPS = {
     Phase.READY: BringUp._ready,
     Phase.FAILED: BringUp._failed,
 }
-
-
-def _packed(row: Row) -> bytes:
-    return eds.drive_dictionary()[row.index, row.sub].pack(row.value)
 
 
 def object_name(index: int, sub: int) -> str:

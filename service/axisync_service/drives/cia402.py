@@ -14,6 +14,9 @@ class Controlword(IntEnum):
     SWITCH_ON = 0x0007
     ENABLE_OPERATION = 0x000F
     FAULT_RESET = 0x0080
+    START_HOMING = 0x001F
+    """Enable operation with bit 4: in homing mode its rising edge starts, and it must stay."""
+    HALT = 0x010F
 
 
 class Status(IntEnum):
@@ -22,10 +25,14 @@ class Status(IntEnum):
     VOLTAGE_ENABLED = 1 << 4
     WARNING = 1 << 7
     REMOTE = 1 << 9
+    TARGET_REACHED = 1 << 10
     INTERNAL_LIMIT = 1 << 11
     FOLLOWS_COMMAND = 1 << 12
     """In csp: the drive follows the target position."""
     FOLLOWING_ERROR = 1 << 13
+    HOMING_ATTAINED = 1 << 12
+    """In homing mode."""
+    HOMING_ERROR = 1 << 13
 
 
 _STATES = (

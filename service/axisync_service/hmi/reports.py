@@ -117,6 +117,12 @@ class StateReports:
                     statusword=drive.statusword,
                     error_code=drive.error_code,
                     error=drive.error,
+                    velocity=drive.velocity,
+                    torque=drive.torque,
+                    temperature=drive.temperature,
+                    voltage=drive.voltage,
+                    safe_torque_off=drive.safe_torque_off,
+                    homed=drive.homed,
                 )
             )
         return tuple(reports)

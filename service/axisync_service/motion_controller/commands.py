@@ -8,9 +8,11 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import DriveState, GroupState
 from axisync_schemas.errors import ErrorCode
 from axisync_schemas.events import EventKind
-from axisync_schemas.internal import BeginCommand, GroupCommand
+from axisync_schemas.internal import BeginCommand, DriveCommand, GroupCommand
 from axisync_schemas.plan_slots import Plan, PlanError, PlanReader
+from axisync_service.drives.link import DriveLink
 from axisync_service.motion_controller.demand import Array, Inputs
+from axisync_service.motion_controller.drive_access import DriveAccess
 from axisync_service.motion_controller.groups import (
     DISABLE_TIMEOUT_NS,
     ENABLE_TIMEOUT_NS,
@@ -18,6 +20,7 @@ from axisync_service.motion_controller.groups import (
     Goal,
     GroupMachine,
 )  # fmt: skip
+from axisync_service.motion_controller.homing_commands import HomingCommands
 from axisync_service.motion_controller.motions import Motions
 from axisync_service.motion_controller.player import Motion
 from axisync_service.motion_controller.voice import Voice
@@ -25,7 +28,7 @@ from axisync_service.motion_controller.voice import Voice
 START_TOLERANCE = 1e-9
 """A plan must begin at the setpoint, rad: the planner was given its exact bits."""
 
-Command = GroupCommand | BeginCommand
+Command = GroupCommand | BeginCommand | DriveCommand
 OpenPlan = Callable[[int, int], PlanReader]
 """Opens a plan slot that must hold the plan with this id; PlanError otherwise."""
 
@@ -36,7 +39,11 @@ class Commands:
     def __init__(
         self, cell: Cell, groups: list[GroupMachine], motions: Motions, voice: Voice, open_plan: OpenPlan
     ) -> None:
+        """`open_plan` opens a slot of shared memory."""
         self._cell, self._groups, self._motions, self._voice = cell, groups, motions, voice
+        drives: list[DriveLink] = [drive for group in groups for drive in group.drives]
+        self._access = DriveAccess(groups, drives, voice)
+        self.homing = HomingCommands([group.homing_together for group in cell.groups], groups, motions, voice)
         self._open_plan = open_plan
         self._loading: list[tuple[BeginCommand, PlanReader]] = []
 
@@ -44,6 +51,8 @@ class Commands:
         """Begins to carry a command out, or refuses it."""
         if inputs.stopping:
             return self._voice.refuse(command.ref, ErrorCode.UNAVAILABLE, "the service stops")
+        if isinstance(command, DriveCommand):
+            return self._access.take(command)
         try:
             groups = [self._groups[index] for index in self._cell.members(command.group)]
         except KeyError:
@@ -54,6 +63,8 @@ class Commands:
             self._enable(command.ref, groups, inputs.now_ns)
         elif command.op == "disable":
             self._disable(command.ref, groups, inputs.now_ns)
+        elif command.op == "home":
+            self.homing.take(command.ref, groups)
         else:
             self._reset(command.ref, groups, inputs.now_ns)
         return None
@@ -72,6 +83,9 @@ class Commands:
             if drives := group.faulted():
                 why = cannot + "; ".join(drives) + ": reset it first"
                 return self._voice.refuse(ref, ErrorCode.FAULTED, why, group=group.name, drives=drives)
+            if drives := group.torque_off():
+                why = cannot + "; ".join(drives)
+                return self._voice.refuse(ref, ErrorCode.WRONG_STATE, why, group=group.name, drives=drives)
         for group in groups:
             if group.state is GroupState.DISABLED:
                 group.goal, group.deadline_ns, group.hold_until_ns = Goal.ENABLED, now_ns + ENABLE_TIMEOUT_NS, 0
@@ -85,11 +99,12 @@ class Commands:
         for group in groups:
             if group.motion is not None:
                 self._motions.stop(group.motion, "disable")
-            if group.motion is not None:
+            self.homing.stop(group, "disable", now_ns)
+            if group.motion is not None or group.homing is not None:
                 group.disable_at_rest = True
             elif group.goal is Goal.ENABLED:
                 self.switch_off(group, now_ns)
-        self._voice.owe(ref, [group for group in groups if group.motion is not None or not group.all_off])
+        self._voice.owe(ref, [group for group in groups if group.disable_at_rest or not group.all_off])
 
     def switch_off(self, group: GroupMachine, now_ns: int) -> None:
         """Leads the drives of a group at rest to switch-on-disabled."""
@@ -105,6 +120,9 @@ class Commands:
         waiting = [group for group in groups if not group.following]  # one that is enabled and well needs no reset
         for group in waiting:
             group.goal, group.deadline_ns = Goal.RESET, now_ns + RESET_TIMEOUT_NS
+            for drive in group.drives:
+                if drive.bring_up.failure is not None:  # No need to wait for the next attempt.
+                    drive.bring_up.retry()
         self._voice.owe(ref, waiting)
         return None
 
@@ -147,6 +165,8 @@ class Commands:
             if group.state is not GroupState.STANDSTILL or group.fault:
                 code = ErrorCode.FAULTED if group.state is GroupState.FAULT else ErrorCode.WRONG_STATE
                 return code, f"{group.name} is {group.state.label}, not standstill"
+            if missing := group.not_homed():
+                return ErrorCode.NOT_HOMED, f"{', '.join(missing)} must be homed first"
             if not inputs.leases_needed:
                 continue
             if len(command.epochs) != len(members) or command.epochs[position] != inputs.lease_epochs[member]:
@@ -165,8 +185,9 @@ class Commands:
 
     def pursue(self, now_ns: int) -> None:
         """Moves groups on towards the goals that commands have set."""
+        self.homing.pursue(now_ns)
         for group in self._groups:
-            if group.disable_at_rest and group.motion is None:
+            if group.disable_at_rest and group.motion is None and group.homing is None:
                 self.switch_off(group, now_ns)
             if group.enabling:
                 self._pursue_enable(group, now_ns)
@@ -181,7 +202,7 @@ class Commands:
             lost = group.not_ready()
             if lost or now_ns > group.deadline_ns:
                 waiting = [d for d in group.drives if d.state is not DriveState.OPERATION_ENABLED]
-                slow = [f"{drive.axis.name} is {drive.state.label}" for drive in waiting]
+                slow = [drive.why_not_enabled() for drive in waiting]
                 self._give_up_enabling(group, "; ".join(lost or slow))
         elif not group.hold_until_ns:
             brake = max(drive.axis.drive.brake_release for drive in group.drives)

@@ -23,11 +23,12 @@ from axisync_service.motion_controller.groups import GroupMachine
 from axisync_service.motion_controller.reporter import Commander, Reporter, TickWriter
 from axisync_service.motion_controller.skips import SkipReport
 from axisync_service.motion_controller.step import Core
-from axisync_service.motion_controller.voice import Happening
+from axisync_service.motion_controller.voice import Happening, Severity
 
 STATUS_PERIOD_S = 0.05
 SDO_FRAMES_IDLE = 4
-"""SDO frames per bus and tick while no drive of the cell is enabled; one while any is."""
+"""SDO requests per bus and tick while no drive of the cell is enabled; one every second tick while any is: with its
+response that is the one SDO frame a tick that the bus budget has room for."""
 GARBAGE_PERIOD_S = 1.0
 FAREWELL_ROUNDS = 3
 _log = logging.getLogger(__name__)
@@ -64,6 +65,7 @@ class Cycle:
         self._skips = SkipReport(self._garbage_ticks)
         self._bits_before = [0] * len(ports)
         self._loads = [0.0] * len(ports)
+        self._off = [False] * len(ports)
         self._front = False
         self.phase = Phase.RUNNING
 
@@ -160,7 +162,7 @@ class Cycle:
                     controlword = group.controlword(axis, tick.index)
                     rpdo = make_rpdo1(controlword, counts[group.first + axis])
                     port.send(RPDO1_BASE + drive.axis.drive.node_id, rpdo)
-            self._write_rest(position, port, drives, tick, 1 if enabled else SDO_FRAMES_IDLE)
+            self._write_rest(position, port, drives, tick, (tick.index & 1) if enabled else SDO_FRAMES_IDLE)
 
     def _write_rest(
         self, position: int, port: BusPort, drives: list[tuple[GroupMachine, int, DriveLink]], tick: Tick, sdo: int
@@ -193,14 +195,25 @@ class Cycle:
             self._skips.say(core.voice)
         if core.voice.replies:
             for ref, error in core.voice.replies:
-                self._reporter.reply(ref, tick.index, error)
+                self._reporter.reply(ref, tick.index, error, core.voice.data.pop(ref, None))
             core.voice.replies.clear()
         if core.voice.happenings:
             self._reporter.events(core.voice.happenings, tick.index, tick.start_ns)
         if core.voice.changed or tick.index % self._status_ticks == 0:
+            self._say_buses()
             self._reporter.status(core, self.ports, self._loads, tick.index, tick.start_ns, self._skipped_ticks)
+            self.control[Word.HOMED_CHANGES] = core.homed_changes
         if tick.index % self._garbage_ticks == 0:
             self._measure_loads()
+
+    def _say_buses(self) -> None:
+        """A bus that went off, or is back."""
+        for position, port in enumerate(self.ports):
+            if port.off != self._off[position]:
+                self._off[position] = port.off
+                text = f"bus {port.bus.name} is {port.failure if port.off else 'back from bus-off'}"
+                severity: Severity = "error" if port.off else "info"
+                self.core.voice.say(EventKind.BUS_FAILED, text, None, severity, bus=port.bus.name)
 
     def _measure_loads(self) -> None:
         """Share of a second's bits in frames heard and sent, without stuffing."""

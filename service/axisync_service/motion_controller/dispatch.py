@@ -5,7 +5,7 @@ from collections.abc import Callable
 from axisync_schemas.cell import Cell
 from axisync_service.canopen.emcy import EMCY_BASE
 from axisync_service.canopen.nmt import HEARTBEAT_BASE
-from axisync_service.canopen.pdo import TPDO1_BASE
+from axisync_service.canopen.pdo import TPDO1_BASE, TPDO2_BASE
 from axisync_service.canopen.sdo import RESPONSE_BASE
 from axisync_service.drives.link import DriveLink
 
@@ -30,6 +30,7 @@ def _handlers(drive: DriveLink) -> dict[int, Handler]:
     node = drive.axis.drive.node_id
     return {
         TPDO1_BASE + node: lambda data, _: drive.on_tpdo1(data),
+        TPDO2_BASE + node: lambda data, _: drive.on_tpdo2(data),
         EMCY_BASE + node: lambda data, _: drive.on_emergency(data),
         HEARTBEAT_BASE + node: drive.on_heartbeat,
         RESPONSE_BASE + node: lambda data, _: drive.bring_up.sdo.receive(data),

@@ -5,7 +5,8 @@ import socket
 
 from pydantic import ValidationError
 
-from axisync_schemas.internal import CONTROLLER_COMMAND, MAX_PACKET, BeginCommand, GroupCommand
+from axisync_schemas.internal import CONTROLLER_COMMAND, MAX_PACKET
+from axisync_service.motion_controller.commands import Command
 
 COMMANDS_PER_TICK = 8
 _log = logging.getLogger(__name__)
@@ -33,11 +34,11 @@ class FrontLink:
         """A front is there."""
         return self._peer is not None
 
-    def poll(self) -> list[GroupCommand | BeginCommand]:
+    def poll(self) -> list[Command]:
         """Commands that have come, at most `COMMANDS_PER_TICK`."""
         if self._peer is None:
             self._accept()
-        commands: list[GroupCommand | BeginCommand] = []
+        commands: list[Command] = []
         while self._peer is not None and len(commands) < COMMANDS_PER_TICK:
             try:
                 packet = self._peer.recv(MAX_PACKET)

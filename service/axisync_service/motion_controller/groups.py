@@ -6,10 +6,12 @@ from enum import Enum, auto
 from axisync_schemas.enumerations import DriveState, GroupState
 from axisync_service.drives.cia402 import Controlword, towards_enabled
 from axisync_service.drives.link import DriveLink
+from axisync_service.motion_controller.homing import GroupHoming
 from axisync_service.motion_controller.player import Motion
 
 ENABLE_TIMEOUT_NS = 3_000_000_000
-RESET_TIMEOUT_NS = 1_000_000_000
+RESET_TIMEOUT_NS = 3_000_000_000
+"""Long enough for a drive to be brought up anew."""
 DISABLE_TIMEOUT_NS = 2_000_000_000
 RESET_PULSE_TICKS = 10
 """Fault reset needs a rising edge of controlword bit 7: low and high for this many ticks, in turn."""
@@ -45,6 +47,7 @@ class GroupMachine:
     goal: Goal = Goal.DISABLED
     reason: str | None = None
     motion: Motion | None = None
+    homing: GroupHoming | None = None
     owed: list[int] = field(default_factory=list)
     quick_stop: set[int] = field(default_factory=set)
     deadline_ns: int = 0
@@ -92,6 +95,14 @@ class GroupMachine:
             if drive.state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
         ]
 
+    def torque_off(self) -> list[str]:
+        """Drives that cannot be enabled since safe torque off is active, one phrase each."""
+        return [f"safe torque off of {d.axis.name} is active" for d in self.drives if d.health.torque_is_off]
+
+    def not_homed(self) -> list[str]:
+        """Axes that must be homed before they may move."""
+        return [drive.axis.name for drive in self.drives if drive.needs_homing]
+
     def not_ready(self) -> list[str]:
         """Why `enable` cannot work, one sentence a drive."""
         return [
@@ -106,7 +117,10 @@ class GroupMachine:
         if axis in self.quick_stop and state in (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE):
             return Controlword.QUICK_STOP
         if self.goal is Goal.ENABLED and axis not in self.quick_stop:
-            return towards_enabled(state)
+            command = towards_enabled(state)
+            if self.homing is not None and state is DriveState.OPERATION_ENABLED:
+                return self.homing.controlword(axis) or command
+            return command
         if self.goal is Goal.RESET and state is DriveState.FAULT:
             high = tick // RESET_PULSE_TICKS % 2 == 1
             return Controlword.FAULT_RESET if high else Controlword.DISABLE_VOLTAGE

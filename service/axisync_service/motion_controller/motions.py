@@ -88,6 +88,7 @@ class Motions:
             details["error_code"] = drive.emergency.code
         self._voice.say(EventKind.DRIVE_FAULT, reason, group.name, "error", **details)
         group.fault = group.fault or reason
+        self._give_up_homing(group)
         motion = group.motion
         if motion is not None and group.state in (GroupState.MOVING, GroupState.STOPPING):
             self.slow(motion, Ending.FAILED, reason)
@@ -100,9 +101,15 @@ class Motions:
         """All drives of the group ramp down by themselves, now: its path can no longer be kept."""
         group.fault = group.fault or reason
         group.quick_stop.update(range(len(group.drives)))
+        self._give_up_homing(group)
         if group.motion is not None:
             self.end(group.motion, Ending.FAILED, reason)
         self.latch(group)
+
+    def _give_up_homing(self, group: GroupMachine) -> None:
+        if group.homing is not None:
+            group.homing.give_up()
+            group.homing = None
 
     def latch(self, group: GroupMachine) -> None:
         """At rest with a fault: the drives are switched off, and only reset leads on."""

@@ -15,6 +15,7 @@ from axisync_schemas.internal import CONTROLLER_MESSAGE, BeginCommand, Controlle
 from axisync_schemas.log_models import PlanLog
 from axisync_schemas.memory import PLAN_SLOTS
 from axisync_schemas.plan_slots import Plan, write_plan
+from axisync_service.motion_controller.commands import Command
 
 _PLANS = TypeAdapter(list[PlanLog])
 
@@ -87,7 +88,7 @@ class PlanFile:
         self._next = next(self._script, None)
         self.finished = self._next is None
 
-    def poll(self) -> list[GroupCommand | BeginCommand]:
+    def poll(self) -> list[Command]:
         """The next command, once what came before it is done."""
         command, self._next = self._next, None
         return [command] if command is not None else []

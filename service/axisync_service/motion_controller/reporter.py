@@ -6,13 +6,11 @@ from typing import Protocol
 
 from axisync_schemas.errors import ErrorBody
 from axisync_schemas.internal import (
-    BeginCommand,
     BusStatus,
     ControllerEvent,
     ControllerReply,
     ControllerStatus,
     DriveStatus,
-    GroupCommand,
     GroupStatus,
     LogEntry,
 )  # fmt: skip
@@ -22,6 +20,8 @@ from axisync_schemas.tick_ring import TickRing
 from axisync_schemas.topics import LOG_EVENTS
 from axisync_service.bus.port import BusPort
 from axisync_service.canopen.emcy import describe
+from axisync_service.drives.link import DriveLink
+from axisync_service.motion_controller.commands import Command
 from axisync_service.motion_controller.demand import Setpoints
 from axisync_service.motion_controller.step import Core
 from axisync_service.motion_controller.voice import Happening
@@ -39,7 +39,7 @@ class Commander(Protocol):
     def connected(self) -> bool: ...
     @property
     def finished(self) -> bool: ...
-    def poll(self) -> list[GroupCommand | BeginCommand]: ...
+    def poll(self) -> list[Command]: ...
     def send(self, packet: bytes) -> None: ...
     def close(self) -> None: ...
 
@@ -53,9 +53,9 @@ class Reporter:
         self._status = status
         self.events_lost = 0
 
-    def reply(self, ref: int, tick: int, error: ErrorBody | None) -> None:
+    def reply(self, ref: int, tick: int, error: ErrorBody | None, data: str | None = None) -> None:
         """Answers a command."""
-        self._commander.send(ControllerReply(ref=ref, tick=tick, error=error).model_dump_json().encode())
+        self._commander.send(ControllerReply(ref=ref, tick=tick, error=error, data=data).model_dump_json().encode())
 
     def events(self, happenings: list[Happening], tick: int, now_ns: int) -> None:
         """Sends events to front and to the log; takes them off the list."""
@@ -106,16 +106,7 @@ class Reporter:
                 )
                 for group in core.groups
             ),
-            drives=tuple(
-                DriveStatus(
-                    state=int(drive.state),
-                    nmt=int(drive.nmt),
-                    statusword=drive.statusword,
-                    error_code=drive.emergency.code if drive.emergency else 0,
-                    error=drive.bring_up.failure or (describe(drive.emergency.code) if drive.emergency else None),
-                )
-                for drive in core.drives
-            ),
+            drives=tuple(_drive_status(drive) for drive in core.drives),
             buses=tuple(
                 BusStatus(
                     state="up" if port.failure is None else f"down: {port.failure}",
@@ -127,8 +118,27 @@ class Reporter:
                 for port, load in zip(ports, loads, strict=True)
             ),
             skipped_ticks=skipped,
+            homed_changes=core.homed_changes,
         )
         self._status.write(status.model_dump_json().encode())
+
+
+def _drive_status(drive: DriveLink) -> DriveStatus:
+    health, emergency = drive.health, drive.emergency
+    return DriveStatus(
+        state=int(drive.state),
+        nmt=int(drive.nmt),
+        statusword=drive.statusword,
+        error_code=emergency.code if emergency else 0,
+        error=drive.bring_up.failure or (describe(emergency.code) if emergency else None),
+        velocity=drive.velocity,
+        torque=drive.torque,
+        temperature=health.temperature.value if health.temperature else None,
+        voltage=health.voltage.value if health.voltage else None,
+        safe_torque_off=health.safe_torque_off.value if health.safe_torque_off else None,
+        homed=drive.homed if drive.axis.drive.homing else None,
+        serial=drive.bring_up.serial,
+    )
 
 
 class TickWriter:

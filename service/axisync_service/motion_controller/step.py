@@ -3,6 +3,8 @@
 At tick k the setpoints of t[k+1] are decided. `advance_skipped` moves motions on over ticks that were not executed.
 """
 
+from collections.abc import Mapping
+
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.events import EventKind
@@ -13,6 +15,7 @@ from axisync_service.motion_controller.demand import Inputs, Setpoints
 from axisync_service.motion_controller.groups import DISABLE_TIMEOUT_NS, Goal, GroupMachine
 from axisync_service.motion_controller.motions import Motions
 from axisync_service.motion_controller.player import Ending
+from axisync_service.motion_controller.rounds import Rounds
 from axisync_service.motion_controller.voice import Voice
 from axisync_service.motion_controller.watch import Watch
 
@@ -28,7 +31,8 @@ class Core:
         shut_down: the service stops, and every drive is off.
     """
 
-    def __init__(self, cell: Cell, open_plan: OpenPlan) -> None:
+    def __init__(self, cell: Cell, open_plan: OpenPlan, homed: Mapping[str, int] | None = None) -> None:
+        """`homed`: axes that an earlier run homed, with the serial numbers of their drives."""
         self.cell = cell
         self.drives = [DriveLink(cell, axis) for axis in cell.axes]
         self.groups = [self._group(index, name) for index, name in enumerate(cell.group_names)]
@@ -37,6 +41,10 @@ class Core:
         self._counts = CountMap(cell.axes)
         self.watch = Watch(self.groups, self.drives, self._counts, self.voice)
         self._commands = Commands(cell, self.groups, self.motions, self.voice, open_plan)
+        self._rounds = Rounds(cell, self.groups, self.voice)
+        for drive in self.drives:
+            if homed is not None and drive.axis.name in homed:
+                drive.adopt_home(homed[drive.axis.name])
         n, g = len(cell.axes), len(self.groups)
         self.current, self.upcoming = Setpoints.zeros(n, g), Setpoints.zeros(n, g)
         self.shut_down = False
@@ -65,11 +73,17 @@ class Core:
             self._commands.take(command, inputs)
         self._commands.load(inputs, self.current.position)
         self._commands.pursue(inputs.now_ns)
+        self._rounds.visit(inputs.tick)
         self._advance()
 
     def advance_skipped(self) -> None:
         """After `begin_tick` of a tick that is not executed: motions run on, nothing is decided."""
         self._advance()
+
+    @property
+    def homed_changes(self) -> int:
+        """Grows whenever an axis was homed, or is no longer."""
+        return self._commands.homing.changes + self.watch.homes_lost
 
     @property
     def still(self) -> bool:
@@ -86,6 +100,9 @@ class Core:
         self._stop_counts = inputs.stop_counts
         for group in self.groups:
             motion = group.motion
+            if group.homing is not None:
+                stopped = inputs.stop_counts[group.index] != before[group.index]
+                self._commands.homing.react(group, inputs, stopped)
             if motion is None:
                 continue
             if inputs.stop_counts[group.index] != before[group.index]:
@@ -117,7 +134,7 @@ class Core:
     def _shut_down(self, now_ns: int) -> None:
         self._shut_down_by_ns = self._shut_down_by_ns or now_ns + 2 * DISABLE_TIMEOUT_NS
         for group in self.groups:
-            if group.motion is None and group.goal is not Goal.DISABLED:
+            if group.motion is None and group.homing is None and group.goal is not Goal.DISABLED:
                 self._commands.switch_off(group, now_ns)
         done = all(group.motion is None and group.all_off for group in self.groups)
         self.shut_down = done or now_ns > self._shut_down_by_ns
@@ -144,6 +161,9 @@ class Core:
         for group in self.groups:
             if not group.following:  # With closed brakes, what the drives show is the target.
                 upcoming.position[group.axes] = self.watch.actual_position[group.axes]
+            elif group.homing is not None:
+                for axis in group.homing.adopting:
+                    upcoming.position[group.first + axis] = self.watch.actual_position[group.first + axis]
             self._describe(group, upcoming)
         upcoming.counts[:] = self._counts.to_counts(upcoming.position)  # the cast wraps as the 32-bit object does
 

@@ -27,12 +27,14 @@ class Voice:
 
     Attributes:
         happenings, replies: events, and answers to commands by `ref` (None: done).
+        data: what was read for a command, hexadecimal, by `ref`.
         changed: a group changed its state in this tick.
     """
 
     def __init__(self, groups: list[GroupMachine]) -> None:
         self.happenings: list[Happening] = []
         self.replies: list[tuple[int, ErrorBody | None]] = []
+        self.data: dict[int, str] = {}
         self.changed = True
         self._groups = groups
 
@@ -52,8 +54,10 @@ class Voice:
         details = {"before": before.label, "after": state.label, "reason": group.reason}
         self.say(EventKind.GROUP_STATE, text, group.name, severity, **details)
 
-    def done(self, ref: int) -> None:
-        """A command was carried out."""
+    def done(self, ref: int, data: str | None = None) -> None:
+        """A command was carried out; `data` is what it read."""
+        if data is not None:
+            self.data[ref] = data
         self.replies.append((ref, None))
 
     def refuse(self, ref: int, code: ErrorCode, message: str, **details: Any) -> None:
@@ -67,9 +71,12 @@ class Voice:
         for group in groups:
             group.owed.append(ref)
 
-    def answer(self, group: GroupMachine, code: ErrorCode | None = None, message: str = "") -> None:
-        """A group is done with what it owes, or (with a code) has failed: then the whole command has."""
-        owed, group.owed = group.owed, []
+    def answer(
+        self, group: GroupMachine, code: ErrorCode | None = None, message: str = "", only: int | None = None
+    ) -> None:
+        """A group is done with what it owes, or `only` with one ref; with a code it, and so the command, has failed."""
+        owed = [ref for ref in group.owed if only is None or ref == only]
+        group.owed = [ref for ref in group.owed if ref not in owed]
         for ref in owed:
             others = [other for other in self._groups if ref in other.owed]
             if code is not None:

@@ -212,7 +212,7 @@ def test_faulted_axis_is_told_to_quick_stop(bench: Bench) -> None:
     bench.run(200)
     assert "drive_fault" in bench.kinds()
     fault = next(event for event in bench.events if event.kind.value == "drive_fault")
-    assert "following error" in fault.message
+    assert "has not changed" in fault.message
     assert bench.drives[1].state is DriveState.SWITCH_ON_DISABLED
     assert bench.drives[0].state is DriveState.OPERATION_ENABLED
 
