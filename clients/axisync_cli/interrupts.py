@@ -12,7 +12,9 @@ from axisync_client import AxisyncError, Client, GroupState
 EXIT_INTERRUPTED = 130
 STAND_TIMEOUT_S = 30.0
 POLL_S = 0.05
-ON_THE_WAY = frozenset({GroupState.MOVING.label, GroupState.STOPPING.label, GroupState.JOGGING.label})
+ON_THE_WAY = frozenset(
+    state.label for state in (GroupState.MOVING, GroupState.STOPPING, GroupState.HOMING, GroupState.JOGGING)
+)
 
 
 def stop_and_wait(terminal: Terminal, client: Client, group: str) -> int:

@@ -6,6 +6,7 @@ from axisync_schemas.replies import MoveReply, MoveReport
 
 _WHAT_TO_TYPE = {
     ErrorCode.NOT_ENABLED: "run `axisync enable {group}`",
+    ErrorCode.NOT_HOMED: "run `axisync home {group}`",
     ErrorCode.FAULTED: "run `axisync reset {group}`, then `axisync enable {group}`",
     ErrorCode.LEASE_HELD: "`axisync lease` shows the holders",
     ErrorCode.LEASE_FENCED: "`axisync lease` shows the holders",
