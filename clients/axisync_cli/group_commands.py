@@ -1,16 +1,20 @@
-"""enable, disable, reset, stop: about a whole group, over in a moment."""
+"""enable, disable, reset, hold, override, stop: about a whole group, over in a moment."""
+
+import math
+from typing import Annotated
 
 import typer
 
-from axisync_cli import sentences
-from axisync_cli.options import EPILOG, GroupOrAll, Json, terminal_of
+from axisync_cli import interrupts, sentences
+from axisync_cli.options import EPILOG, GroupOrAll, Json, Take, in_words, terminal_of
+from axisync_cli.quantities import rate
 from axisync_cli.terminal import Terminal
 from axisync_schemas.replies import GroupReply
 
 
 def add_to(app: typer.Typer) -> None:
     """Adds the commands, in the order in which help shows them."""
-    for command in (enable, disable, reset, stop):
+    for command in (enable, disable, reset, hold, resume, override, stop):
         app.command(epilog=EPILOG)(command)
 
 
@@ -33,6 +37,39 @@ def reset(context: typer.Context, group: GroupOrAll = "all", as_json: Json = Fal
     terminal = terminal_of(context, as_json, group)
     with terminal.connect() as client, client.lease(group) as lease:
         _done(terminal, lease.reset())
+
+
+def hold(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
+    """Bring what moves to rest on its path; `resume` goes on."""
+    terminal = terminal_of(context, as_json, group)
+    with terminal.connect() as client, client.lease(group, take=take) as lease:
+        _done(terminal, lease.hold())
+
+
+def resume(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
+    """Go on with a move that is held, and wait until it has ended. Ctrl-C stops it."""
+    terminal = terminal_of(context, as_json, group)
+    with terminal.connect() as client, client.lease(group, take=take) as lease:
+        try:
+            reply = lease.resume()
+            _done(terminal, reply)
+            states = interrupts.stand(client, list(reply.groups), math.inf)
+        except KeyboardInterrupt:
+            raise typer.Exit(interrupts.stop_and_wait(terminal, client, group)) from None
+        terminal.show(sentences.of_states(states))
+
+
+def override(
+    context: typer.Context,
+    value: Annotated[float, typer.Argument(metavar="VALUE", parser=in_words(rate), help="30% or 0.3; 100% is full.")],
+    group: GroupOrAll = "all",
+    take: Take = False,
+    as_json: Json = False,
+) -> None:
+    """Run along paths at a share of their speed, from now on and in later moves."""
+    terminal = terminal_of(context, as_json, group)
+    with terminal.connect() as client, client.lease(group, take=take) as lease:
+        _done(terminal, lease.override(value))
 
 
 def stop(context: typer.Context, group: GroupOrAll = "all", as_json: Json = False) -> None:

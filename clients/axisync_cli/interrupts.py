@@ -23,15 +23,15 @@ def stop_and_wait(terminal: Terminal, client: Client, group: str) -> int:
     try:
         stopped = client.stop(group).groups
         terminal.say(f"interrupted: stopping {', '.join(stopped)} (Ctrl-C again leaves at once)")
-        terminal.say(sentences.of_states(_stand(client, list(stopped))))
+        terminal.say(sentences.of_states(stand(client, list(stopped), STAND_TIMEOUT_S)))
     except AxisyncError as error:
         terminal.say(f"the stop is not confirmed: {sentences.of_error(error, group)}")
     return EXIT_INTERRUPTED
 
 
-def _stand(client: Client, names: list[str]) -> dict[str, str]:
+def stand(client: Client, names: list[str], timeout_s: float) -> dict[str, str]:
     """States of the groups once none is on its way, or after the time-out."""
-    end = time.monotonic() + STAND_TIMEOUT_S
+    end = time.monotonic() + timeout_s
     while True:
         groups = client.state().groups
         states = {name: groups[name].state for name in names if name in groups}

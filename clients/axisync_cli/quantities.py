@@ -96,6 +96,16 @@ def speed_scale(text: str) -> float:
     return value
 
 
+def rate(text: str) -> float:
+    """`30%` or `0.3`: 0 to 1."""
+    share = text.strip()
+    number, _ = _split(share.removesuffix("%"), {})
+    value = number / 100.0 if share.endswith("%") else number
+    if not 0.0 <= value <= 1.0:
+        raise ValueError(f"{text!r}: must be 0 to 1 (100%)")
+    return value
+
+
 def duration_s(text: str) -> float:
     """`8`, `8s` or `8000ms`: seconds above 0."""
     number, unit = _split(text, DURATIONS)

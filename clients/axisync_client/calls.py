@@ -14,12 +14,12 @@ from axisync_client.moves import AnyMove, build
 from axisync_schemas import keys
 from axisync_schemas.base import NAME_PATTERN, Strict
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, Request, StopRequest
+from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, OverrideRequest, Request, StopRequest
 from axisync_schemas.replies import GroupReply, Info, LeaseReply, MoveReply, MoveReport, State
 
 R = TypeVar("R", bound=Strict)
 
-GroupVerb = Literal["enable", "disable", "reset"]
+GroupVerb = Literal["enable", "disable", "reset", "hold", "resume"]
 
 DRIVES_TIMEOUT_S = 10.0
 """enable, disable and reset are answered when the drives have done it."""
@@ -111,8 +111,14 @@ def release(groups: tuple[str, ...], token: str, timeout_s: float) -> Call[Lease
 
 
 def group_command(verb: GroupVerb, group: str, token: str) -> Call[GroupReply]:
-    """enable, disable or reset."""
+    """enable, disable, reset, hold or resume."""
     return Call(verb, GroupReply, build(GroupRequest, group=group, lease=token), DRIVES_TIMEOUT_S, expires=True)
+
+
+def override(group: str, value: float, token: str) -> Call[GroupReply]:
+    """The rate at which a group runs along its paths, 0..1."""
+    request = build(OverrideRequest, group=group, value=float(value), lease=token)
+    return Call("override", GroupReply, request, expires=True)
 
 
 def stop(group: str) -> Call[GroupReply]:

@@ -92,6 +92,18 @@ class Lease:
         """Acknowledges faults; the group is disabled afterwards."""
         return self._command(calls.group_command("reset", self._group(group), self.token))
 
+    def hold(self, group: str | None = None) -> GroupReply:
+        """Brings what moves to rest on its path; answered when that has begun. `resume` goes on."""
+        return self._command(calls.group_command("hold", self._group(group), self.token))
+
+    def resume(self, group: str | None = None) -> GroupReply:
+        """Goes on with a move that is held, or slowing to be held."""
+        return self._command(calls.group_command("resume", self._group(group), self.token))
+
+    def override(self, value: float, group: str | None = None) -> GroupReply:
+        """Runs along paths at `value` (0..1) of their speed, from now on and in later moves, until it is changed."""
+        return self._command(calls.override(self._group(group), value, self.token))
+
     def move(self, move: AnyMove, *, group: str | None = None, speed_scale: float = 1.0) -> Move:
         """Starts any move of `axisync_client.moves`. Returns when it is accepted.
 

@@ -45,6 +45,13 @@ class GroupRequest(LeasedRequest):
     group: Name
 
 
+class OverrideRequest(LeasedRequest):
+    """The rate at which a group runs along its paths, 0..1; it holds until it is changed, for later moves too."""
+
+    group: Name
+    value: float = Field(ge=0.0, le=1.0)
+
+
 class StopRequest(Request):
     """From anyone connected, without a lease; never stale, never rate-limited."""
 

@@ -13,6 +13,8 @@ class EventKind(StrEnum):
     MOVE_ACCEPTED = "move_accepted"
     MOVE_STARTED = "move_started"
     MOVE_HELD = "move_held"
+    MOVE_RESUMED = "move_resumed"
+    OVERRIDE_SET = "override_set"
     MOVE_STOPPING = "move_stopping"
     MOVE_ENDED = "move_ended"
     REQUEST_REFUSED = "request_refused"

@@ -18,11 +18,20 @@ MAX_PACKET = 128 * 1024
 
 
 class GroupCommand(Strict):
-    """enable, disable, reset, home: answered when the command is done, or refused."""
+    """enable, disable, reset, home: answered when the command is done, or refused; hold, resume: when it has begun."""
 
-    op: Literal["enable", "disable", "reset", "home"]
+    op: Literal["enable", "disable", "reset", "home", "hold", "resume"]
     ref: int
     group: Name
+
+
+class OverrideCommand(Strict):
+    """The rate of a group's path clock from now on, 0..1; answered at once."""
+
+    op: Literal["override"] = "override"
+    ref: int
+    group: Name
+    value: float
 
 
 class BeginCommand(Strict):
@@ -57,8 +66,10 @@ class DriveCommand(Strict):
     value: int | None = None
 
 
-ControllerCommand = Annotated[GroupCommand | BeginCommand | DriveCommand, Field(discriminator="op")]
-CONTROLLER_COMMAND: TypeAdapter[GroupCommand | BeginCommand | DriveCommand] = TypeAdapter(ControllerCommand)
+ControllerCommand = Annotated[GroupCommand | OverrideCommand | BeginCommand | DriveCommand, Field(discriminator="op")]
+CONTROLLER_COMMAND: TypeAdapter[GroupCommand | OverrideCommand | BeginCommand | DriveCommand] = TypeAdapter(
+    ControllerCommand
+)
 
 
 class ControllerReply(Strict):
@@ -136,6 +147,7 @@ class GroupStatus(Strict):
 
     Attributes:
         ready: every drive of the group is brought up, so that `enable` can work.
+        override: the rate at which it runs along its paths.
     """
 
     state: int
@@ -143,6 +155,7 @@ class GroupStatus(Strict):
     slot: int
     reason: str | None
     ready: bool
+    override: float = 1.0
 
 
 class DriveStatus(Strict):

@@ -42,7 +42,9 @@ class PlanLog(Strict):
         knots: [m+1] path parameter, s.
         coefficients: [m][order][n] ascending powers of (s - knots[i]); rad.
         start, end: [n] exact positions before and after, rad.
-        stop_s, stop_duration: [k] cells of the stop table, s.
+        rate_codes: the path clock's tables [3][levels][points], uint16, little-endian, zlib, base64; rate_shape: levels
+            and points.
+        rate_limits: [4][n] acceleration and jerk of moves, then of stops.
         missing: why the polynomials are not here, where they are not.
     """
 
@@ -59,6 +61,7 @@ class PlanLog(Strict):
     coefficients: tuple[tuple[tuple[float, ...], ...], ...] = ()
     start: tuple[float, ...] = ()
     end: tuple[float, ...] = ()
-    stop_s: tuple[float, ...] = ()
-    stop_duration: tuple[float, ...] = ()
+    rate_codes: str = ""
+    rate_shape: tuple[int, int] = (0, 0)
+    rate_limits: tuple[tuple[float, ...], ...] = ()
     missing: str | None = None

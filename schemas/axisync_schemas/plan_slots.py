@@ -3,6 +3,7 @@
 A slot is written by the planner before front hands it over and never rewritten while it is referenced.
 """
 
+import base64
 import mmap
 import struct
 import zlib
@@ -15,20 +16,24 @@ from axisync_schemas.memory import PLAN_SLOT_BYTES, PLAN_SLOTS
 
 Array = NDArray[np.float64]
 
-_HEADER = struct.Struct("<QIIIIIQ")  # plan_id, n axes, m segments, order, k stop-table cells, crc32, bytes of body
+_HEADER = struct.Struct("<QIIIIIIQ")  # plan_id, n axes, m segments, order, levels and points of tables, crc32, bytes
+RATE_TABLES = 3
+"""To rest within the stop limits, to rest within the limits of moves, and to full rate."""
+CODES_PER_WORD = 4
 MAX_BODY = PLAN_SLOT_BYTES - _HEADER.size
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Piecewise polynomials over the path parameter, s at rate 1, and what a stop needs.
+    """Piecewise polynomials over the path parameter, s at rate 1, and what the path clock needs to change its rate.
 
     Attributes:
         axes: [n] indices in `Cell.axes`.
         knots: [m+1] path parameter, s.
         coefficients: [m, order, n] ascending powers of (s - knots[i]); rad.
         start, end: [n] exact positions before and after.
-        stop_s, stop_duration: [k] cells of the stop table: begin of the cell, s, and how long a stop takes from there.
+        rate_codes: [3, levels, points] how fast the rate may change, see axisync_motion.rate_tables.
+        rate_limits: [4, n] acceleration and jerk of moves, then of stops.
     """
 
     plan_id: int
@@ -37,13 +42,31 @@ class Plan:
     coefficients: Array
     start: Array
     end: Array
-    stop_s: Array
-    stop_duration: Array
+    rate_codes: NDArray[np.uint16]
+    rate_limits: Array
 
     @property
     def duration(self) -> float:
         """At rate 1, s."""
         return float(self.knots[-1])
+
+
+def codes_as_text(codes: NDArray[np.uint16]) -> str:
+    """Tables as a log or a plan file holds them: little-endian, zlib, base64."""
+    return base64.b64encode(zlib.compress(codes.astype("<u2").tobytes())).decode()
+
+
+def codes_of_text(text: str, levels: int, points: int) -> NDArray[np.uint16]:
+    """The inverse of `codes_as_text`.
+
+    Raises:
+        PlanError: it is not of that shape.
+    """
+    try:
+        codes = np.frombuffer(zlib.decompress(base64.b64decode(text, validate=True)), dtype="<u2")
+        return codes.astype(np.uint16).reshape(RATE_TABLES, levels, points)
+    except (ValueError, zlib.error) as error:
+        raise PlanError(f"the path clock's tables cannot be read: {error}") from None
 
 
 class PlanError(ValueError):
@@ -70,7 +93,7 @@ def write_plan(buffer: mmap.mmap | bytearray, slot: int, plan: Plan) -> None:
     body = b"".join(
         np.ascontiguousarray(part).tobytes()
         for part in (plan.axes.astype(np.uint64), plan.knots, plan.coefficients, plan.start, plan.end,
-                     plan.stop_s, plan.stop_duration)
+                     plan.rate_limits, _as_words(plan.rate_codes))
     )  # fmt: skip
     if len(body) > MAX_BODY:
         raise PlanError(f"a plan of {len(body)} bytes does not fit a slot of {MAX_BODY}")
@@ -78,7 +101,14 @@ def write_plan(buffer: mmap.mmap | bytearray, slot: int, plan: Plan) -> None:
     view = memoryview(buffer)
     at = offset(slot)
     view[at + _HEADER.size : at + _HEADER.size + len(body)] = body
-    _HEADER.pack_into(view, at, plan.plan_id, n, segments, order, len(plan.stop_s), zlib.crc32(body), len(body))
+    _, levels, points = plan.rate_codes.shape
+    _HEADER.pack_into(view, at, plan.plan_id, n, segments, order, levels, points, zlib.crc32(body), len(body))
+
+
+def _as_words(codes: NDArray[np.uint16]) -> Array:
+    """Four codes in the place of each float, the last filled up with zeros."""
+    flat = np.ascontiguousarray(codes, dtype=np.uint16).ravel()
+    return np.pad(flat, (0, -flat.size % CODES_PER_WORD)).view(np.float64)
 
 
 class PlanReader:
@@ -91,13 +121,16 @@ class PlanReader:
         """
         self._view = memoryview(buffer)
         self._base = offset(slot) + _HEADER.size
-        found, self._n, self._m, self._order, self._k, self._crc, self._size = _HEADER.unpack_from(
-            self._view, offset(slot)
-        )
+        header = _HEADER.unpack_from(self._view, offset(slot))
+        found, self._n, self._m, self._order, self._levels, self._points, self._crc, self._size = header
         if found != plan_id:
             raise PlanError(f"plan slot {slot} holds plan {found}, not {plan_id}")
-        words = self._n + (self._m + 1) + self._m * self._order * self._n + 2 * self._n + 2 * self._k
-        if self._size > MAX_BODY or self._size != 8 * words or not (self._n and self._m and self._order and self._k):
+        self._codes = RATE_TABLES * self._levels * self._points
+        words = (
+            self._n + (self._m + 1) + self._m * self._order * self._n + 6 * self._n + -(-self._codes // CODES_PER_WORD)
+        )
+        whole = self._n and self._m and self._order and self._codes
+        if self._size > MAX_BODY or self._size != 8 * words or not whole:
             raise PlanError(f"plan slot {slot}: its header is damaged")
         self.plan_id = plan_id
         self._body = bytearray(self._size)
@@ -122,14 +155,14 @@ class PlanReader:
         if self._done != self._size or self._running_crc != self._crc:
             raise PlanError(f"plan {self.plan_id}: checksum wrong")
         values = np.frombuffer(self._body, dtype=np.float64)
-        n, m, order, k = self._n, self._m, self._order, self._k
-        cuts = np.cumsum([n, m + 1, m * order * n, n, n, k])
-        axes, knots, coefficients, start, end, stop_s, stop_duration = np.split(values, cuts)
-        if not np.isfinite(values[n:]).all() or knots[0] != 0.0 or not (np.diff(knots) > 0.0).all():
+        n, m, order = self._n, self._m, self._order
+        cuts = np.cumsum([n, m + 1, m * order * n, n, n, 4 * n])
+        axes, knots, coefficients, start, end, limits, words = np.split(values, cuts)
+        if not np.isfinite(values[n : cuts[-1]]).all() or knots[0] != 0.0 or not (np.diff(knots) > 0.0).all():
             raise PlanError(f"plan {self.plan_id}: not finite, or its knots do not increase")
         return Plan(
             self.plan_id, axes.view(np.uint64).astype(np.uint32), knots, coefficients.reshape(m, order, n), start, end,
-            stop_s, stop_duration,
+            words.view(np.uint16)[: self._codes].reshape(RATE_TABLES, self._levels, self._points), limits.reshape(4, n),
         )  # fmt: skip
 
 

@@ -149,6 +149,7 @@ class GroupReport(Strict):
     pose: dict[str, tuple[float, ...]] | None
     drives: tuple[DriveReport, ...]
     reason: str | None = None
+    override: float = 1.0
 
 
 class Percentiles(Strict):

@@ -1,10 +1,16 @@
-"""Time along a path: running at rate 1, and a stop on the path by a fixed symmetric rate curve.
+"""Time along a path: its rate between 0 and 1, changed by override, hold, resume and stop within every axis's limits.
 
-With q(s) the path and r = ds/dt its rate: v = q' r, a = q'' r^2 + q' r', j = q''' r^3 + 3 q'' r r' + q' r''.
-A stop of duration D takes r from 1 to 0 by 1 - 3x^2 + 2x^3, x = t/D, over D/2 of the path.
+With q(s) the path and r = ds/dt its rate: v = q' r, a = q'' r^2 + q' r', j = q''' r^3 + 3 q'' r r' + q' r''. In every
+tick r'' is constant.
 """
 
+from math import isfinite
+
 from .closed_forms import Array
+from .rate_choice import Aim, Chooser, State
+from .rate_interval import Derivatives
+from .rate_tables import RateTables
+from .trajectory import Evaluator, Trajectory
 
 
 def derivatives(q1: Array, q2: Array, q3: Array, rate: float, rate1: float, rate2: float) -> tuple[Array, Array, Array]:
@@ -16,66 +22,110 @@ def derivatives(q1: Array, q2: Array, q3: Array, rate: float, rate1: float, rate
 
 
 class PathClock:
-    """Path parameter `s`, its `rate` (ds/dt), `rate1` and `rate2` (the rate's derivatives by time) at the present tick.
+    """Plays a trajectory, tick by tick.
 
-    Only whole ticks are counted: while running s is their product with dt, while stopping a closed form from the stop's
-    beginning. No error accumulates, and the same ticks give the same bits.
+    Commands act from the next tick on and may come at any time. While the rate does not change, s is the product of
+    its ticks with their length; the same ticks and commands give the same bits.
+
+    Attributes:
+        s: path parameter at the present tick; grows, never falls.
+        rate: ds/dt, 0 to 1; rate1 and rate2 are its derivatives by time, rate2 that of the tick that ends now.
+        override: the rate to run at, 0 to 1.
+        holding, stopping: a hold or a stop has begun; a stop is for good.
+        relaxed: the tick that ends now kept the stop limits, not those of moves.
     """
 
-    def __init__(self, s: float = 0.0) -> None:
-        self.s = s
-        self.rate, self.rate1, self.rate2 = 1.0, 0.0, 0.0
-        self._dt = 0.0
-        self._base = s  # s where the present count of ticks began
-        self._ticks = 0
-        self._elapsed = 0.0  # time in a stop before the present count of ticks
-        self._stop_duration: float | None = None
+    def __init__(self, trajectory: Trajectory, tables: RateTables, period: float, s: float = 0.0) -> None:
+        """At s, at rate 1; `tables` must be those of this trajectory, `period` is the tick's length."""
+        self.s, self.rate, self.rate1, self.rate2 = s, 1.0, 0.0, 0.0
+        self.override = 1.0
+        self.holding = self.stopping = self.relaxed = False
+        self._duration = trajectory.duration
+        self._period = period
+        self._catching = False  # after a resume, until the rate no longer falls
+        self._landing = 0  # ticks left
+        self._base, self._ticks = s, 0  # s where the present rate began, and ticks since
+        self._evaluator = Evaluator(trajectory)
+        self._chooser = Chooser(trajectory, tables, period)
+        self._here: Derivatives = self._evaluator.at(s)
 
     @property
-    def stopping(self) -> bool:
-        """A stop has begun (and may have ended)."""
-        return self._stop_duration is not None
+    def slowing(self) -> bool:
+        """On the way to rest, or at rest, until resumed."""
+        return self.holding or self.stopping
+
+    @property
+    def arrived(self) -> bool:
+        """At the end of the path."""
+        return self.s >= self._duration
 
     @property
     def at_rest(self) -> bool:
-        """The rate is 0 for good."""
-        return self.rate == 0.0
+        """Arrived, held or stopped, and still. (With an override of 0 the rate rests, the motion does not.)"""
+        return self.arrived or (self.slowing and self.rate == 0.0 and self.rate1 == 0.0)
 
-    def advance(self, dt: float, ticks: int = 1) -> None:
-        """Go on by `ticks` ticks of dt: more than one if the loop skipped some."""
-        if dt != self._dt:
-            self._rebase(dt)
-        self._ticks += ticks
-        if self._stop_duration is None:
-            self.s = self._base + self._ticks * dt
-        else:
-            self._slow(self._elapsed + self._ticks * dt, self._stop_duration)
+    def stop(self) -> None:
+        """Come to rest on the path as soon as the stop limits allow, for good."""
+        self._slow()
+        self.stopping = True
 
-    def stop(self, duration: float) -> None:
-        """Begin at the present tick to slow to rest within `duration` (of a StopTable); 0 rests at once.
+    def hold(self) -> None:
+        """Come to rest as `stop` does, until resumed."""
+        self._slow()
+        self.holding = True
 
-        A stop that has begun is not changed by another one.
+    def resume(self) -> None:
+        """Go on, from rest or while still slowing. After `stop` nothing goes on."""
+        if self.holding and not self.stopping:
+            self.holding, self._catching, self._landing = False, self.rate1 < 0.0, 0
+
+    def set_override(self, rate: float) -> None:
+        """Run at another rate, reached within the limits of moves.
+
+        Raises ValueError unless 0 <= rate <= 1.
         """
-        if self._stop_duration is not None:
-            return
-        self._stop_duration = duration
-        self._base, self._ticks = self.s, 0
-        self._slow(0.0, duration)
+        if not (isfinite(rate) and 0.0 <= rate <= 1.0):
+            raise ValueError(f"override = {rate!r}: must be 0 to 1")
+        if rate != self.override:
+            self.override = float(rate)
+            if not self.slowing:
+                self._landing = 0
 
-    def _rebase(self, dt: float) -> None:
-        if self._stop_duration is None:
-            self._base = self.s
+    def advance(self) -> None:
+        """One tick on."""
+        wanted = 0.0 if self.slowing else self.override
+        if self.rate1 == 0.0 and self.rate == wanted:
+            self.rate2, self.relaxed, self._catching = 0.0, False, False
+            self._ticks += 1
+            self.s = self._base + self._ticks * (self._period * self.rate)
         else:
-            self._elapsed += self._ticks * self._dt
-        self._ticks, self._dt = 0, dt
+            self._change(wanted)
+        self._here = self._evaluator.at(self.s)
 
-    def _slow(self, elapsed: float, duration: float) -> None:
-        if elapsed >= duration:
-            self.s = self._base + 0.5 * duration
-            self.rate = self.rate1 = self.rate2 = 0.0
-            return
-        x = elapsed / duration
-        self.s = self._base + duration * (x - x * x * x + 0.5 * x * x * x * x)
-        self.rate = 1.0 - x * x * (3.0 - 2.0 * x)
-        self.rate1 = -6.0 * x * (1.0 - x) / duration
-        self.rate2 = (12.0 * x - 6.0) / (duration * duration)
+    def motion(self) -> Derivatives:
+        """Position, velocity, acceleration, jerk [n], in buffers that the next tick may overwrite."""
+        q, q1, q2, q3 = self._here
+        if self.rate == 1.0 and self.rate1 == 0.0 and self.rate2 == 0.0:
+            return self._here
+        return (q, *derivatives(q1, q2, q3, self.rate, self.rate1, self.rate2))
+
+    def _slow(self) -> None:
+        if not self.slowing:
+            self._catching, self._landing = False, 0
+
+    def _change(self, wanted: float) -> None:
+        dt, r, w = self._period, self.rate, self.rate1
+        aim = Aim(wanted, self.slowing, self._catching, self._landing)
+        choice = self._chooser.choose(State(self.s, r, w, self.rate2), self._here, aim)
+        u = choice.u
+        self.s = max(self.s, self.s + dt * (r + dt * (w / 2.0 + dt * u / 6.0)))
+        self.rate, self.rate1, self.rate2 = max(r + dt * (w + dt * u / 2.0), 0.0), w + dt * u, u
+        if choice.landing == 0:
+            self.rate, self.rate1 = wanted, 0.0
+        elif choice.caught:
+            self.rate1, self._catching = 0.0, False
+        if self.rate == 0.0:
+            self.rate1 = max(self.rate1, 0.0)
+        self.relaxed = self.slowing or choice.relaxed
+        self._landing = choice.landing or 0
+        self._base, self._ticks = self.s, 0

@@ -12,7 +12,7 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import Phase
 from axisync_schemas.log_models import PlanLog
 from axisync_schemas.memory import Control, Mailbox, TimingRing, Word, region_sizes
-from axisync_schemas.plan_slots import Plan
+from axisync_schemas.plan_slots import Plan, codes_as_text
 from axisync_schemas.tick_ring import TickRing, slots_for
 from axisync_schemas.ticks import Records, TickLayout
 from axisync_service.controller import Memory, build, open_ports
@@ -60,8 +60,9 @@ def as_log(plan: Plan, group: str) -> PlanLog:
         coefficients=tuple(tuple(tuple(row) for row in segment) for segment in plan.coefficients.tolist()),
         start=tuple(plan.start.tolist()),
         end=tuple(plan.end.tolist()),
-        stop_s=tuple(plan.stop_s.tolist()),
-        stop_duration=tuple(plan.stop_duration.tolist()),
+        rate_codes=codes_as_text(plan.rate_codes),
+        rate_shape=plan.rate_codes.shape[1:],
+        rate_limits=tuple(tuple(row) for row in plan.rate_limits.tolist()),
     )
 
 

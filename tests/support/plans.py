@@ -6,7 +6,8 @@ import numpy as np
 
 from axisync_motion import synchronise
 from axisync_motion.from_profiles import from_profiles
-from axisync_motion.stop_table import stop_table
+from axisync_motion.rate_tables import RateTables, rate_tables
+from axisync_motion.trajectory import Trajectory
 from axisync_schemas.cell import Cell
 from axisync_schemas.plan_slots import Plan
 
@@ -21,9 +22,7 @@ def joint_plan(cell: Cell, group: str, start: Sequence[float], target: Sequence[
         end - origin, v, [axis.limits.acceleration for axis in axes], [axis.limits.jerk for axis in axes]
     )
     trajectory = from_profiles(origin, profile, end)
-    stops = stop_table(
-        trajectory, v, [axis.stop_limits.acceleration for axis in axes], [axis.stop_limits.jerk for axis in axes]
-    )
+    tables = tables_of(cell, indices, trajectory)
     return Plan(
         plan_id=plan_id,
         axes=np.array(indices, dtype=np.uint32),
@@ -31,6 +30,19 @@ def joint_plan(cell: Cell, group: str, start: Sequence[float], target: Sequence[
         coefficients=trajectory.coefficients,
         start=trajectory.start,
         end=trajectory.end,
-        stop_s=stops.s,
-        stop_duration=stops.stop_duration,
+        rate_codes=tables.codes,
+        rate_limits=tables.limits,
+    )
+
+
+def tables_of(cell: Cell, indices: Sequence[int], trajectory: Trajectory) -> RateTables:
+    """What the path clock needs, for the limits of these axes."""
+    axes = [cell.axes[i] for i in indices]
+    return rate_tables(
+        trajectory,
+        [axis.limits.velocity for axis in axes],
+        [axis.limits.acceleration for axis in axes],
+        [axis.limits.jerk for axis in axes],
+        [axis.stop_limits.acceleration for axis in axes],
+        [axis.stop_limits.jerk for axis in axes],
     )

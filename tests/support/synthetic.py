@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisync_motion import Evaluator, PathClock, Trajectory, derivatives, from_profiles, stop_table, synchronise
+from axisync_motion import PathClock, Trajectory, from_profiles, synchronise
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.ticks import Records, TickLayout
 from support.logread import JsonMessage, Log
+from support.plans import tables_of
 
 WALL_NS = 1_700_000_000_000_000_000
 MONOTONIC_NS = 5_000_000_000
@@ -53,31 +54,20 @@ class Session:
             self._tick(GroupState.STANDSTILL)
 
     def _move(self) -> None:
-        clock, evaluator = PathClock(), Evaluator(self.trajectory)
         axes = list(self.axes)
+        clock = PathClock(self.trajectory, tables_of(self.cell, axes, self.trajectory), self.cell.period)
         ticks = 0
         while True:
             if ticks == self.stop_tick:
-                clock.stop(self._stop_duration(clock.s))
-            clock.advance(self.cell.period)
+                clock.stop()
+            clock.advance()
             ticks += 1
-            q, *rates = evaluator.at(clock.s)
-            v, a, j = derivatives(rates[0], rates[1], rates[2], clock.rate, clock.rate1, clock.rate2)
+            q, v, a, j = clock.motion()
             self._position[axes] = q
             if clock.s >= self.trajectory.duration or clock.at_rest:
                 return
             state = GroupState.STOPPING if clock.stopping else GroupState.MOVING
             self._tick(state, (v, a, j), clock.s, clock.rate)
-
-    def _stop_duration(self, s: float) -> float:
-        axes = [self.cell.axes[axis] for axis in self.axes]
-        table = stop_table(
-            self.trajectory,
-            [axis.limits.velocity for axis in axes],
-            [axis.stop_limits.acceleration for axis in axes],
-            [axis.stop_limits.jerk for axis in axes],
-        )
-        return table.at(s)
 
     def _tick(
         self,

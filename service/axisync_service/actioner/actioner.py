@@ -4,10 +4,10 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, Request
+from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, OverrideRequest, Request
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.events import EventKind
-from axisync_schemas.internal import ControllerEvent, ControllerReply, GroupCommand, PlanResult
+from axisync_schemas.internal import ControllerEvent, ControllerReply, GroupCommand, OverrideCommand, PlanResult
 from axisync_schemas.replies import GroupReply, LeaseReply, MoveReport
 from axisync_service.actioner import admission
 from axisync_service.actioner.controller_calls import TIMEOUT_NS, ControllerCalls
@@ -46,6 +46,9 @@ class Actioner:
             "disable": self._group,
             "reset": self._group,
             "home": self._group,
+            "hold": self._group,
+            "resume": self._group,
+            "override": self._override,
             "drive": self._drives.handle,
             "lease": self._lease,
         }
@@ -133,10 +136,10 @@ class Actioner:
         self._mover.handle(call, _as(MoveRequest, call.request), world)
 
     def _group(self, call: Call, world: World) -> None:
-        """enable, disable, reset, home: the controller decides, and answers when it is done."""
+        """enable, disable, reset, home, hold, resume: the controller decides, and answers when it is done."""
         request = _as(GroupRequest, call.request)
         members = members_of(self._cell, request.group)
-        if call.verb != "disable":
+        if call.verb not in ("disable", "hold"):
             admission.check_running(world.phase)
         self.leases.verify(request.lease, members, world.now_ns)
         admission.check_controller(world)
@@ -149,6 +152,14 @@ class Actioner:
             done=lambda then: self._group_done(call, members, then),
             timeout_ns=timeout_ns,
         )
+
+    def _override(self, call: Call, world: World) -> None:
+        request = _as(OverrideRequest, call.request)
+        members = members_of(self._cell, request.group)
+        self.leases.verify(request.lease, members, world.now_ns)
+        admission.check_controller(world)
+        command = OverrideCommand(ref=self._calls.new_ref(), group=request.group, value=request.value)
+        self._calls.send(call, command, world.now_ns, done=lambda then: self._group_done(call, members, then))
 
     def _homing_ns(self, members: tuple[int, ...]) -> int:
         """As long as every drive of the groups may take, one after the other."""

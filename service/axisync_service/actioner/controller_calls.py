@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from axisync_schemas.errors import ErrorBody, ErrorCode, Refusal
-from axisync_schemas.internal import BeginCommand, ControllerReply, DriveCommand, GroupCommand
+from axisync_schemas.internal import BeginCommand, ControllerReply, DriveCommand, GroupCommand, OverrideCommand
 from axisync_service.actioner.desk import Call, Desk
 from axisync_service.actioner.ports import Ports
 from axisync_service.actioner.world import World
@@ -42,7 +42,7 @@ class ControllerCalls:
     def send(
         self,
         call: Call,
-        command: GroupCommand | BeginCommand | DriveCommand,
+        command: GroupCommand | BeginCommand | DriveCommand | OverrideCommand,
         now_ns: int,
         done: Callable[[World], None],
         refused: Callable[[], None] = lambda: None,

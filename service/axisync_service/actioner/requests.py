@@ -7,7 +7,15 @@ from pydantic_core import from_json
 
 from axisync_schemas import SCHEMA_VERSION
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import DriveRequest, GroupRequest, LeaseRequest, MoveRequest, Request, StopRequest
+from axisync_schemas.commands import (
+    DriveRequest,
+    GroupRequest,
+    LeaseRequest,
+    MoveRequest,
+    OverrideRequest,
+    Request,
+    StopRequest,
+)
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.keys import VERBS
 from axisync_schemas.moves import NO_KIND, TAGS
@@ -20,6 +28,9 @@ MODELS: dict[str, type[Request]] = {
     "disable": GroupRequest,
     "reset": GroupRequest,
     "home": GroupRequest,
+    "hold": GroupRequest,
+    "resume": GroupRequest,
+    "override": OverrideRequest,
     "drive": DriveRequest,
     "lease": LeaseRequest,
 }

@@ -92,6 +92,7 @@ class StateReports:
             pose=self._pose(index, actual),
             drives=self._drives(axes, world),
             reason=view.reason,
+            override=world.status.groups[index].override if world.status is not None else 1.0,
         )
 
     def _pose(self, index: int, actual: tuple[float, ...]) -> dict[str, tuple[float, ...]] | None:

@@ -8,7 +8,7 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import DriveState, GroupState
 from axisync_schemas.errors import ErrorCode
 from axisync_schemas.events import EventKind
-from axisync_schemas.internal import BeginCommand, DriveCommand, GroupCommand
+from axisync_schemas.internal import BeginCommand, DriveCommand, GroupCommand, OverrideCommand
 from axisync_schemas.plan_slots import Plan, PlanError, PlanReader
 from axisync_service.drives.link import DriveLink
 from axisync_service.motion_controller.demand import Array, Inputs
@@ -22,13 +22,13 @@ from axisync_service.motion_controller.groups import (
 )  # fmt: skip
 from axisync_service.motion_controller.homing_commands import HomingCommands
 from axisync_service.motion_controller.motions import Motions
-from axisync_service.motion_controller.player import Motion
+from axisync_service.motion_controller.player import Ending, Motion
 from axisync_service.motion_controller.voice import Voice
 
 START_TOLERANCE = 1e-9
 """A plan must begin at the setpoint, rad: the planner was given its exact bits."""
 
-Command = GroupCommand | BeginCommand | DriveCommand
+Command = GroupCommand | OverrideCommand | BeginCommand | DriveCommand
 OpenPlan = Callable[[int, int], PlanReader]
 """Opens a plan slot that must hold the plan with this id; PlanError otherwise."""
 
@@ -59,6 +59,13 @@ class Commands:
             return self._voice.refuse(command.ref, ErrorCode.NOT_FOUND, f"no group {command.group}")
         if isinstance(command, BeginCommand):
             self._begin(command)
+        elif isinstance(command, OverrideCommand):
+            self._motions.override(groups, command.value)
+            self._voice.done(command.ref)
+        elif command.op == "hold":
+            self._hold(command.ref, groups)
+        elif command.op == "resume":
+            self._resume(command.ref, groups, inputs)
         elif command.op == "enable":
             self._enable(command.ref, groups, inputs.now_ns)
         elif command.op == "disable":
@@ -124,6 +131,38 @@ class Commands:
                 if drive.bring_up.failure is not None:  # No need to wait for the next attempt.
                     drive.bring_up.retry()
         self._voice.owe(ref, waiting)
+        return None
+
+    # --- hold, resume -------------------------------------------------------------------------------------------
+
+    def _hold(self, ref: int, groups: list[GroupMachine]) -> None:
+        """Brings what moves to rest on its path, until it is resumed."""
+        moving = [group for group in groups if group.motion is not None]
+        if not moving:
+            names = ", ".join(group.name for group in groups)
+            return self._voice.refuse(ref, ErrorCode.WRONG_STATE, f"{names}: no move to hold")
+        for group in moving:
+            assert group.motion is not None
+            self._motions.slow(group.motion, Ending.HELD, "hold")
+        self._voice.done(ref)
+        return None
+
+    def _resume(self, ref: int, groups: list[GroupMachine], inputs: Inputs) -> None:
+        """Goes on with moves that are held, or slowing to be held; nobody but a lease holder resumes."""
+        held = [group for group in groups if group.motion is not None and group.motion.resumable]
+        if not held:
+            states = ", ".join(f"{group.name} is {group.state.label}" for group in groups)
+            return self._voice.refuse(ref, ErrorCode.WRONG_STATE, f"{states}: nothing is held")
+        for group in held:
+            assert group.motion is not None
+            for member in group.motion.members:
+                if inputs.leases_needed and inputs.lease_until_ns[member] < inputs.now_ns:
+                    why = f"the lease of {self._groups[member].name} has lapsed"
+                    return self._voice.refuse(ref, ErrorCode.LEASE_REQUIRED, why)
+        for motion in {id(group.motion): group.motion for group in held}.values():
+            assert motion is not None
+            self._motions.resume(motion)
+        self._voice.done(ref)
         return None
 
     # --- begin --------------------------------------------------------------------------------------------------

@@ -36,6 +36,7 @@ class GroupMachine:
         hold_until_ns: the target is held until then while the brake opens.
         fault: why the group is, or is about to be, in fault; cleared by reset alone.
         disable_at_rest: the drives are to be disabled as soon as the motion rests.
+        override: the rate of its path clock; a compound moves at the lowest of its members'.
     """
 
     index: int
@@ -54,6 +55,7 @@ class GroupMachine:
     hold_until_ns: int = 0
     fault: str | None = None
     disable_at_rest: bool = False
+    override: float = 1.0
 
     @property
     def axes(self) -> slice:

@@ -28,8 +28,11 @@ class Motions:
             group = self._groups[member]
             group.motion, group.reason = motion, None
             self._voice.enter(group, GroupState.MOVING)
+        override = self.rate_of(motion)
+        motion.set_override(override)
         text = f"move {motion.plan_id} of {motion.group} starts"
-        self._voice.say(EventKind.MOVE_STARTED, text, motion.group, plan_id=motion.plan_id, duration_s=duration_s)
+        details: dict[str, Any] = {"plan_id": motion.plan_id, "duration_s": duration_s, "override": override}
+        self._voice.say(EventKind.MOVE_STARTED, text, motion.group, **details)
 
     def stop(self, motion: Motion, reason: str) -> None:
         """Ends the move: on the path while it moves, at once where it is held."""
@@ -47,6 +50,32 @@ class Motions:
         text = f"move {motion.plan_id} slows: {reason}"
         details: dict[str, Any] = {"plan_id": motion.plan_id, "reason": reason, "path_s": motion.path_s}
         self._voice.say(EventKind.MOVE_STOPPING, text, motion.group, **details)
+
+    def resume(self, motion: Motion) -> None:
+        """Goes on along the path."""
+        motion.resume()
+        for member in motion.members:
+            group = self._groups[member]
+            group.reason = None
+            self._voice.enter(group, GroupState.MOVING)
+        text = f"move {motion.plan_id} goes on"
+        details: dict[str, Any] = {"plan_id": motion.plan_id, "path_s": motion.path_s}
+        self._voice.say(EventKind.MOVE_RESUMED, text, motion.group, **details)
+
+    def override(self, groups: list[GroupMachine], value: float) -> None:
+        """The rate of groups' path clocks from now on; a motion runs at the lowest of its members'."""
+        for group in groups:
+            group.override = value
+        for motion in self.all():
+            motion.set_override(self.rate_of(motion))
+        names = ", ".join(group.name for group in groups)
+        plans = [motion.plan_id for motion in self.all()]
+        text = f"{names}: override {100.0 * value:g} %"
+        self._voice.say(EventKind.OVERRIDE_SET, text, names, value=value, plans=plans)
+
+    def rate_of(self, motion: Motion) -> float:
+        """The lowest override of its members."""
+        return min(self._groups[member].override for member in motion.members)
 
     def end(self, motion: Motion, ending: Ending, reason: str | None) -> None:
         """The move is over; a member with a fault of its own is latched, the others stand."""

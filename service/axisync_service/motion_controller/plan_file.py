@@ -14,7 +14,7 @@ from axisync_schemas.events import EventKind
 from axisync_schemas.internal import CONTROLLER_MESSAGE, BeginCommand, ControllerReply, GroupCommand
 from axisync_schemas.log_models import PlanLog
 from axisync_schemas.memory import PLAN_SLOTS
-from axisync_schemas.plan_slots import Plan, write_plan
+from axisync_schemas.plan_slots import Plan, codes_of_text, write_plan
 from axisync_service.motion_controller.commands import Command
 
 _PLANS = TypeAdapter(list[PlanLog])
@@ -52,8 +52,8 @@ def store(plans: list[PlanLog], buffer: mmap.mmap | bytearray) -> None:
                 coefficients=np.array(plan.coefficients),
                 start=np.array(plan.start),
                 end=np.array(plan.end),
-                stop_s=np.array(plan.stop_s),
-                stop_duration=np.array(plan.stop_duration),
+                rate_codes=codes_of_text(plan.rate_codes, *plan.rate_shape),
+                rate_limits=np.array(plan.rate_limits),
             ),
         )
 

@@ -1,13 +1,13 @@
-"""Plays one plan: the path clock runs over it, and everything that slows a move is the same stop on the path."""
+"""Plays one plan: the path clock runs over it; whatever changes a move's speed changes the clock's rate."""
 
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisync_motion.path_clock import PathClock, derivatives
-from axisync_motion.stop_table import StopTable
-from axisync_motion.trajectory import Evaluator, Trajectory
+from axisync_motion.path_clock import PathClock
+from axisync_motion.rate_tables import RateTables
+from axisync_motion.trajectory import Trajectory
 from axisync_schemas.plan_slots import Plan
 
 Array = NDArray[np.float64]
@@ -37,10 +37,8 @@ class Motion:
         self.ending = Ending.SUCCEEDED
         self.reason: str | None = None
         self._duration = plan.duration
-        self._evaluator = Evaluator(Trajectory(plan.knots, plan.coefficients, plan.start, plan.end))
-        self._stops = StopTable(plan.stop_s, plan.stop_duration)
-        self._clock = PathClock()
-        self._period = period_s
+        trajectory = Trajectory(plan.knots, plan.coefficients, plan.start, plan.end)
+        self._clock = PathClock(trajectory, RateTables(plan.rate_codes, plan.rate_limits), period_s)
 
     @property
     def path_s(self) -> float:
@@ -55,32 +53,45 @@ class Motion:
     @property
     def arrived(self) -> bool:
         """At the end of the path."""
-        return self._clock.s >= self._duration
+        return self._clock.arrived
 
     @property
     def at_rest(self) -> bool:
-        """Arrived, or stopped on the path."""
-        return self.arrived or self._clock.at_rest
+        """Arrived, held or stopped on the path."""
+        return self._clock.at_rest
 
     @property
     def slowing(self) -> bool:
-        """A stop has begun."""
-        return self._clock.stopping
+        """A stop or a hold has begun."""
+        return self._clock.slowing
+
+    @property
+    def resumable(self) -> bool:
+        """Held, or on the way to be."""
+        return self.ending is Ending.HELD
 
     def slow(self, ending: Ending, reason: str) -> bool:
-        """Stops on the path within the stop limits; True if this is news. A stop that runs is never made slower."""
+        """Comes to rest on the path within the stop limits; True if this is news."""
         news = ending > self.ending
         if news:
             self.ending, self.reason = ending, reason
-        if not self._clock.stopping:
-            self._clock.stop(self._stops.at(self._clock.s))
+        if ending is Ending.HELD:
+            self._clock.hold()
+        else:
+            self._clock.stop()
         return news
+
+    def resume(self) -> None:
+        """Goes on after a hold; after a stop nothing does."""
+        if self.resumable:
+            self.ending, self.reason = Ending.SUCCEEDED, None
+            self._clock.resume()
+
+    def set_override(self, rate: float) -> None:
+        """The rate to run at, 0..1."""
+        self._clock.set_override(rate)
 
     def advance(self) -> tuple[Array, Array, Array, Array]:
         """One tick on: position, velocity, acceleration, jerk [n], in buffers that the next call may overwrite."""
-        self._clock.advance(self._period)
-        clock = self._clock
-        q, q1, q2, q3 = self._evaluator.at(clock.s)
-        if clock.rate == 1.0:
-            return q, q1, q2, q3
-        return (q, *derivatives(q1, q2, q3, clock.rate, clock.rate1, clock.rate2))
+        self._clock.advance()
+        return self._clock.motion()

@@ -98,6 +98,7 @@ class Reporter:
             now_ns=now_ns,
             groups=tuple(
                 GroupStatus(
+                    override=group.override,
                     state=int(group.state),
                     plan_id=group.motion.plan_id if group.motion else 0,
                     slot=group.motion.slot if group.motion else -1,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from axisync_motion.stop_table import stop_table
+from axisync_motion.rate_tables import rate_tables
 from axisync_motion.trajectory import Trajectory, concatenate
 from axisync_schemas.cell import Axis
 from axisync_schemas.errors import ErrorCode, Refusal
@@ -108,11 +108,13 @@ def _in_step(refusal: Refusal, index: int, steps: Sequence[Step], move: object) 
 
 
 def _playable(models: Models, job: PlanJob, trajectory: Trajectory) -> Plan:
-    """With what a stop anywhere on the path needs, by far the dearest part of planning."""
+    """With what the path clock needs to change its rate anywhere on the path."""
     axes: tuple[Axis, ...] = models.axes(job.group)
-    stops = stop_table(
+    tables = rate_tables(
         trajectory,
         [axis.limits.velocity for axis in axes],
+        [axis.limits.acceleration for axis in axes],
+        [axis.limits.jerk for axis in axes],
         [axis.stop_limits.acceleration for axis in axes],
         [axis.stop_limits.jerk for axis in axes],
     )
@@ -123,8 +125,8 @@ def _playable(models: Models, job: PlanJob, trajectory: Trajectory) -> Plan:
         coefficients=trajectory.coefficients,
         start=trajectory.start,
         end=trajectory.end,
-        stop_s=stops.s,
-        stop_duration=stops.stop_duration,
+        rate_codes=tables.codes,
+        rate_limits=tables.limits,
     )
 
 

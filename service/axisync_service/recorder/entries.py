@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from axisync_schemas.internal import MAX_PACKET, LogEntry
-from axisync_schemas.plan_slots import Plan, PlanError, read_plan
+from axisync_schemas.plan_slots import Plan, PlanError, codes_as_text, read_plan
 from axisync_schemas.topics import LOG_PLANS
 from axisync_service.recorder.log_file import JSON_TOPICS
 
@@ -45,8 +45,9 @@ def plan_fields(plan: Plan) -> dict[str, Any]:
         "coefficients": plan.coefficients.tolist(),
         "start": plan.start.tolist(),
         "end": plan.end.tolist(),
-        "stop_s": plan.stop_s.tolist(),
-        "stop_duration": plan.stop_duration.tolist(),
+        "rate_codes": codes_as_text(plan.rate_codes),
+        "rate_shape": list(plan.rate_codes.shape[1:]),
+        "rate_limits": plan.rate_limits.tolist(),
     }
 
 

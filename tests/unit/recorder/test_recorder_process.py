@@ -205,8 +205,8 @@ def test_the_plan_of_a_slot_is_logged_to_the_bit(recording: Recording) -> None:
         coefficients=rng.normal(size=(7, 4, 6)) * 10.0 ** rng.integers(-12, 12, (7, 4, 6)),
         start=rng.normal(size=6),
         end=rng.normal(size=6),
-        stop_s=np.array([0.0, 1.0]),
-        stop_duration=np.array([0.3, 0.1]),
+        rate_codes=np.arange(3 * 4 * 7, dtype=np.uint16).reshape(3, 4, 7),
+        rate_limits=rng.normal(size=(4, 6)),
     )
     plan_slots.write_plan(recording.plans, 3, plan)
     recording.start()
@@ -215,7 +215,7 @@ def test_the_plan_of_a_slot_is_logged_to_the_bit(recording: Recording) -> None:
     recording.send("/plans", {**head, "plan_id": 78}, slot=3, plan_id=78)
     assert recording.close()[0] == 0
     plans = logged(recording).plans
-    for name in ("axes", "knots", "coefficients", "start", "end", "stop_s", "stop_duration"):
+    for name in ("axes", "knots", "coefficients", "start", "end", "rate_limits"):
         values = np.array(plans[77][name], dtype=getattr(plan, name).dtype)
         assert values.tobytes() == getattr(plan, name).tobytes()
     assert plans[78]["missing"] == "plan slot 3 holds plan 77, not 78"

@@ -59,8 +59,8 @@ def plan(plan_id: int = 7, segments: int = 3) -> Plan:
         coefficients=rng.normal(size=(segments, 4, 2)),
         start=rng.normal(size=2),
         end=rng.normal(size=2),
-        stop_s=np.array([0.0, 1.5]),
-        stop_duration=np.array([0.5, 0.7]),
+        rate_codes=np.arange(3 * 4 * 7, dtype=np.uint16).reshape(3, 4, 7),
+        rate_limits=rng.normal(size=(4, 2)),
     )
 
 
@@ -69,7 +69,7 @@ def test_plan_comes_back_to_the_bit() -> None:
     written = plan()
     write_plan(buffer, 1, written)
     found = read_plan(buffer, 1, 7)
-    for name in ("axes", "knots", "coefficients", "start", "end", "stop_s", "stop_duration"):
+    for name in ("axes", "knots", "coefficients", "start", "end", "rate_codes", "rate_limits"):
         assert np.array_equal(getattr(found, name), getattr(written, name)), name
     assert found.duration == 3.0
 
