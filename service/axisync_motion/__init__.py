@@ -7,9 +7,9 @@ from .from_profiles import from_profiles
 from .inverse import Minimise, lowest_acceleration, lowest_jerk, lowest_velocity
 from .masa import SyncProfile, synchronise
 from .path_clock import PathClock, derivatives
+from .rate_tables import RateTables, rate_tables
 from .recursion import recursion, sample_count
 from .s_curve import Profile, Pulse
-from .stop_table import StopTable, stop_table
 from .time_optimal import duration, max_distance, time_optimal
 from .trajectory import Evaluator, Trajectory, concatenate
 
@@ -21,7 +21,7 @@ __all__ = [
     "PathClock",
     "Profile",
     "Pulse",
-    "StopTable",
+    "RateTables",
     "SyncProfile",
     "Trajectory",
     "backend",
@@ -33,9 +33,9 @@ __all__ = [
     "lowest_jerk",
     "lowest_velocity",
     "max_distance",
+    "rate_tables",
     "recursion",
     "sample_count",
-    "stop_table",
     "synchronise",
     "synchronise_batch",
     "time_optimal",

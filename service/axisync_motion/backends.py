@@ -19,12 +19,11 @@ _log = logging.getLogger(__name__)
 
 
 class Kernels(NamedTuple):
-    """The compiled functions, by the names that they have in closed_forms.py and stop_loops.py."""
+    """The compiled functions, by the names that they have in closed_forms.py and bound_loops.py."""
 
     plan_move: Callable[[Array, int, float, bool, Array, Array], float]
     plan_batch: Callable[[Array, Array, int, Array, bool, Array, Array, Array, Array], bool]
     cell_bounds: Callable[[Array, Array, Array, Array, Array], None]
-    stop_durations: Callable[[Array, float, Array, Array, Array, Array, Array], None]
 
 
 class _Choice:

@@ -1,4 +1,4 @@
-"""closed_forms.py and stop_loops.py, compiled by numba. Imported by backends.py only, when it is chosen.
+"""closed_forms.py and bound_loops.py, compiled by numba. Imported by backends.py only, when it is chosen.
 
 With explicit signatures all is compiled, or read from numba's cache, on import and nothing later. Without fastmath no
 operation is reordered or contracted: results are those of the same functions run by Python. Raises what numba raises.
@@ -13,7 +13,7 @@ from numba import boolean, float64, int64, njit, void
 from numba.core import config
 from numba.extending import overload, register_jitable
 
-from . import closed_forms, stop_loops
+from . import bound_loops, closed_forms
 from .backends import Kernels
 
 VECTOR, MATRIX, BLOCK = float64[::1], float64[:, ::1], float64[:, :, ::1]
@@ -30,13 +30,9 @@ CALLED = (
     closed_forms.signed_peak,
     closed_forms.prepare,
     closed_forms.plan_batch,
-    stop_loops.shift,
-    stop_loops.differentiate,
-    stop_loops.hull,
-    stop_loops.doubled_windows,
-    stop_loops.over,
-    stop_loops.guess,
-    stop_loops.load,
+    bound_loops.shift,
+    bound_loops.differentiate,
+    bound_loops.hull,
 )
 """What the compiled functions call."""
 
@@ -55,6 +51,5 @@ for _function in CALLED:
 KERNELS = Kernels(
     _compile(closed_forms.plan_move, float64(MATRIX, int64, float64, boolean, MATRIX, MATRIX)),
     _compile(closed_forms.plan_batch, boolean(MATRIX, MATRIX, int64, VECTOR, boolean, BLOCK, BLOCK, VECTOR, VECTOR)),
-    _compile(stop_loops.cell_bounds, void(VECTOR, BLOCK, VECTOR, MATRIX, MATRIX)),
-    _compile(stop_loops.stop_durations, void(MATRIX, float64, VECTOR, VECTOR, VECTOR, BLOCK, VECTOR)),
+    _compile(bound_loops.cell_bounds, void(VECTOR, BLOCK, VECTOR, MATRIX, MATRIX)),
 )

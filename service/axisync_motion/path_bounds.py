@@ -4,55 +4,10 @@ from functools import lru_cache
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .backends import kernels
 from .closed_forms import Array
-from .stop_loops import MARGIN
 from .trajectory import Trajectory, derivative_table
-
-
-class PathBounds:
-    """Upper bounds of q', q'', q''' and of their negatives over any window of the path, for many windows at once.
-
-    Over a window the maximum over the cells that it touches bounds them (a sparse table of doubled windows).
-    """
-
-    def __init__(self, cells: Array, width: float) -> None:
-        """`cells` as of cell_bounds, each of this width."""
-        self._cell = width
-        self._rows = cells.shape[0]
-        self._last = self._rows - 1
-        self._count = 1
-        self._table = np.ascontiguousarray(cells.transpose(1, 0, 2))
-
-    def over(self, low: Array, high: Array) -> Array:
-        """[3, *low.shape, 2n] over the windows low <= s <= high, low >= 0."""
-        # Widened by more than the rounding of the division, so that no window misses a cell it touches.
-        first = np.clip(low / self._cell - MARGIN, 0, self._last).astype(np.intp)
-        last = np.minimum(high / self._cell + MARGIN, self._last).astype(np.intp)
-        level = self._level_of(last - first + 1)
-        self._grow(int(level.max()))
-        rows = level * self._rows
-        one = self._table.take(rows + first, axis=1)
-        two = self._table.take(rows + last + 1 - (1 << level), axis=1)
-        bounds: Array = np.maximum(one, two, out=one)
-        return bounds
-
-    def _level_of(self, length: NDArray[np.intp]) -> NDArray[np.intp]:
-        powers = 1 << np.arange(1, int(length.max()).bit_length() + 1)
-        return np.searchsorted(powers, length, side="right")
-
-    def _grow(self, level: int) -> None:
-        """Append levels up to `level`: level l holds the maxima over the 2^l cells from each one on."""
-        for below in range(self._count - 1, level):
-            half = self._table[:, below * self._rows :]
-            double = half.copy()
-            shift = 1 << below
-            if shift < self._rows:
-                np.maximum(half[:, :-shift], half[:, shift:], out=double[:, :-shift])
-            self._table = np.concatenate([self._table, double], axis=1)
-        self._count = max(self._count, level + 1)
 
 
 def cell_bounds(trajectory: Trajectory, cells: int) -> Array:

@@ -81,8 +81,8 @@ class Table:
         f = min(column - i, 1.0)
         codes, first = self._codes, k * self._points + i
         second = first + self._points
-        low = codes[first] + f * (codes[first + 1] - codes[first])
-        high = codes[second] + f * (codes[second + 1] - codes[second])
+        low: float = codes[first] + f * (codes[first + 1] - codes[first])
+        high: float = codes[second] + f * (codes[second + 1] - codes[second])
         return x * min((low + (row - k) * (high - low)) * self._unit, self._steepest)
 
 
@@ -217,7 +217,8 @@ class _Sweep:
     def _curvature(self, room: Array, turning: Array, w: Array) -> Array:
         """u that every row allows at |w|."""
         u = (room - turning * w[:, np.newaxis]).min(axis=1, initial=np.inf)
-        return np.minimum(np.where(u > 0.0, SHARE_U * u, u / SHARE_U), STEEPEST**2)
+        kept: Array = np.minimum(np.where(u > 0.0, SHARE_U * u, u / SHARE_U), STEEPEST**2)
+        return kept
 
     def _ahead(self, values: Array, cells: Array) -> Array:
         """Values so many cells further along the path."""

@@ -15,7 +15,7 @@ from axisync_motion import (
     Evaluator,
     Trajectory,
     from_profiles,
-    stop_table,
+    rate_tables,
     synchronise,
     synchronise_batch,
     time_optimal,
@@ -147,7 +147,7 @@ def parts(backends: list[str], rounds: int) -> Iterator[tuple[str, list[float]]]
     yield "from_profiles", _times(lambda: from_profiles(np.zeros(12), profile, target), 5 * rounds)
     for name in backends:
         use_backend(name)
-        yield f"stop_table, {name}", _times(lambda: stop_table(path, v, 1.5 * a, 3.0 * j), 2 * rounds)
+        yield f"rate_tables, {name}", _times(lambda: rate_tables(path, v, a, j, 1.5 * a, 3.0 * j), 2 * rounds)
 
 
 def evaluations(path: Trajectory, period: float = 0.002) -> list[float]:

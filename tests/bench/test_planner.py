@@ -25,7 +25,7 @@ def test_with_everything() -> None:
     assert moves["python"]["samples"] == 60
     assert moves[planner.RUCKIG][f"/ {planner.RUCKIG}"] == "1.00"
     assert "planning with numba and python, beside Ruckig" in printed
-    assert "stop_table, numba" in printed
+    assert "rate_tables, numba" in printed
 
 
 def test_without_ruckig_and_numba(monkeypatch: pytest.MonkeyPatch) -> None:

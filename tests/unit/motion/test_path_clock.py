@@ -1,97 +1,159 @@
-"""The path clock: exact time while running, the closed form of a stop, the chain rule."""
+"""The path clock: exact time while running, stops, holds and overrides within the limits, and what commands mean."""
+
+import math
 
 import numpy as np
 import pytest
 
-from axisync_motion import PathClock, derivatives
+from axisync_motion import PathClock, RateTables, Trajectory, derivatives, from_profiles, rate_tables, synchronise
+from support.stops import alone
 
 DT = 0.002
+V, A, J = np.full(6, 0.5236), np.full(6, 0.6981), np.full(6, 1.3963)
+A_STOP, J_STOP = 1.5 * A, 3.0 * J
 
 
-def run(clock: PathClock, ticks: int, dt: float = DT) -> PathClock:
+@pytest.fixture(scope="module")
+def path() -> Trajectory:
+    return from_profiles(np.zeros(6), synchronise([1.8, 1.0, -2.1, -1.3, 1.5, 0.3], V, A, J))
+
+
+@pytest.fixture(scope="module")
+def tables(path: Trajectory) -> RateTables:
+    return rate_tables(path, V, A, J, A_STOP, J_STOP)
+
+
+def run(clock: PathClock, ticks: int) -> PathClock:
     for _ in range(ticks):
-        clock.advance(dt)
+        clock.advance()
     return clock
 
 
-def test_running_is_a_product_not_a_sum() -> None:
-    clock = run(PathClock(), 100_000)
-    assert clock.s == 100_000 * DT
+def ticks_to_rest(clock: PathClock) -> int:
+    for tick in range(20_000):
+        if clock.at_rest:
+            return tick
+        clock.advance()
+    raise AssertionError("never comes to rest")
+
+
+def test_running_is_a_product_not_a_sum(path: Trajectory, tables: RateTables) -> None:
+    clock = run(PathClock(path, tables, DT), 2500)
+    assert clock.s == 2500 * DT
     assert (clock.rate, clock.rate1, clock.rate2) == (1.0, 0.0, 0.0)
-    assert not clock.at_rest
-    assert not clock.stopping
-    assert sum([DT] * 100_000) != 100_000 * DT  # or this test would prove nothing
+    assert sum([DT] * 2500) != 2500 * DT  # or this test would prove nothing
+    for got, own in zip(clock.motion(), path.evaluate(clock.s), strict=True):
+        assert (got == own).all()
 
 
-def test_skipped_ticks_count() -> None:
-    one, other = run(PathClock(), 7), PathClock()
-    other.advance(DT, 3)
-    other.advance(DT, 4)
-    assert one.s == other.s == 7 * DT
+def test_arrives_on_target(path: Trajectory, tables: RateTables) -> None:
+    clock = PathClock(path, tables, DT)
+    assert ticks_to_rest(clock) == math.ceil(path.duration / DT)
+    assert clock.arrived
+    assert (clock.motion()[0] == path.end).all()
 
 
-def test_change_of_the_period() -> None:
-    clock = run(run(PathClock(), 10), 5, 0.001)
-    assert clock.s == pytest.approx(0.025, rel=1e-15)
-    clock.stop(0.5)
-    run(run(clock, 50), 100, 0.001)
-    other = PathClock(0.025)
-    other.stop(0.5)
-    run(other, 100)
-    assert clock.s == pytest.approx(other.s, rel=1e-14)
-    assert clock.rate == pytest.approx(other.rate, rel=1e-12)
+def test_a_stop_from_cruise_takes_as_long_as_the_slowest_axis_alone(path: Trajectory, tables: RateTables) -> None:
+    clock = run(PathClock(path, tables, DT), 1250)
+    _, v, a, _ = path.evaluate(clock.s)
+    best = max(alone(*axis) for axis in zip(v, a, A_STOP, J_STOP, strict=True))
+    clock.stop()
+    assert ticks_to_rest(clock) * DT < 1.1 * best
+    assert (clock.rate, clock.rate1) == (0.0, 0.0)
+    assert not clock.arrived
 
 
-def test_stop_follows_the_curve() -> None:
-    clock = run(PathClock(), 500)
-    begin, duration = clock.s, 0.8
-    clock.stop(duration)
-    assert clock.stopping
-    assert clock.s == begin
-    assert clock.rate == 1.0
-    assert clock.rate2 == pytest.approx(-6.0 / duration**2)
-    for k in range(1, 400):
-        clock.advance(DT)
-        x = k * DT / duration
-        assert clock.s == pytest.approx(begin + duration * (x - x**3 + x**4 / 2), rel=1e-14)
-        assert clock.rate == pytest.approx(1 - 3 * x**2 + 2 * x**3, abs=1e-14)
-        assert clock.rate1 == pytest.approx((-6 * x + 6 * x**2) / duration, abs=1e-13)
-        assert clock.rate2 == pytest.approx((-6 + 12 * x) / duration**2, abs=1e-12)
-        assert not clock.at_rest
-    clock.advance(DT)
-    assert clock.at_rest
-    assert clock.s == begin + duration / 2
-    assert (clock.rate, clock.rate1, clock.rate2) == (0.0, 0.0, 0.0)
-
-
-def test_rest_is_for_good() -> None:
-    clock = run(PathClock(), 100)
-    clock.stop(0.1)
-    run(clock, 60)
+def test_a_stop_is_for_good(path: Trajectory, tables: RateTables) -> None:
+    clock = run(PathClock(path, tables, DT), 1000)
+    clock.stop()
+    run(clock, 1000)
     s = clock.s
-    clock.stop(5.0)
+    clock.resume()
+    clock.set_override(0.5)
     run(clock, 1000)
     assert clock.at_rest
     assert clock.s == s
 
 
-def test_second_stop_changes_nothing() -> None:
-    one, other = run(PathClock(), 100), run(PathClock(), 100)
-    for clock in (one, other):
-        clock.stop(0.7)
-        run(clock, 30)
-    other.stop(0.01)
-    run(one, 30), run(other, 30)
-    assert (one.s, one.rate, one.rate1, one.rate2) == (other.s, other.rate, other.rate1, other.rate2)
+def test_a_stop_during_a_hold_does_not_begin_anew(path: Trajectory, tables: RateTables) -> None:
+    one, other = (run(PathClock(path, tables, DT), 1000) for _ in range(2))
+    one.hold()
+    other.hold()
+    run(one, 50), run(other, 50)
+    other.stop()
+    run(one, 400), run(other, 400)
+    assert (one.s, one.rate) == (other.s, other.rate)
+    one.resume(), other.resume()
+    run(one, 400), run(other, 400)
+    assert one.rate > 0.0
+    assert other.rate == 0.0
 
 
-def test_stop_before_the_first_tick_and_at_once() -> None:
-    clock = PathClock()
-    clock.stop(0.0)
+def test_hold_and_resume_arrive(path: Trajectory, tables: RateTables) -> None:
+    clock = run(PathClock(path, tables, DT), 1000)
+    clock.hold()
+    run(clock, 600)
     assert clock.at_rest
-    assert clock.s == 0.0
-    clock.advance(DT)
-    assert clock.s == 0.0
+    clock.resume()
+    assert not clock.at_rest
+    ticks_to_rest(clock)
+    assert (clock.motion()[0] == path.end).all()
+
+
+@pytest.mark.parametrize("after", [1, 30, 100, 200])
+def test_resume_while_still_slowing(path: Trajectory, tables: RateTables, after: int) -> None:
+    clock = run(PathClock(path, tables, DT), 1000)
+    clock.hold()
+    rate = run(clock, after).rate
+    clock.resume()
+    lowest = min(run(clock, 1).rate for _ in range(300))
+    assert lowest < rate or after == 1
+    assert lowest > 0.0
+    ticks_to_rest(clock)
+    assert clock.arrived
+
+
+@pytest.mark.parametrize("rate", [0.03, 0.3, 0.77, 1.0])
+def test_override_is_reached_exactly(path: Trajectory, tables: RateTables, rate: float) -> None:
+    clock = run(PathClock(path, tables, DT), 1200)
+    clock.set_override(rate)
+    run(clock, 1000)
+    assert clock.rate == rate
+    assert (clock.rate1, clock.rate2) == (0.0, 0.0)
+
+
+def test_override_to_zero_and_back(path: Trajectory, tables: RateTables) -> None:
+    clock = run(PathClock(path, tables, DT), 1200)
+    clock.set_override(0.0)
+    run(clock, 1000)
+    assert clock.rate == 0.0
+    assert not clock.at_rest  # it waits, as the one who set it knows
+    clock.set_override(1.0)
+    ticks_to_rest(clock)
+    assert clock.arrived
+
+
+@pytest.mark.parametrize("rate", [-0.1, 1.1, math.nan, math.inf])
+def test_override_must_be_a_share(path: Trajectory, tables: RateTables, rate: float) -> None:
+    with pytest.raises(ValueError, match=r"override = .*: must be 0 to 1"):
+        PathClock(path, tables, DT).set_override(rate)
+
+
+def test_same_commands_same_bits(path: Trajectory, tables: RateTables) -> None:
+    def states() -> list[tuple[float, ...]]:
+        clock, seen = PathClock(path, tables, DT), []
+        for tick in range(2000):
+            if tick % 70 == 0:
+                clock.set_override(0.2 + 0.1 * (tick // 70 % 9))
+            if tick % 400 == 300:
+                clock.hold()
+            if tick % 400 == 360:
+                clock.resume()
+            clock.advance()
+            seen.append((clock.s, clock.rate, clock.rate1, clock.rate2))
+        return seen
+
+    assert states() == states()
 
 
 def test_derivatives_are_those_of_the_composition() -> None:
@@ -109,9 +171,3 @@ def test_derivatives_are_those_of_the_composition() -> None:
         )  # fmt: skip
         expected = [composed.deriv(k)(now) for k in (1, 2, 3)]
         assert [float(x[0]) for x in got] == pytest.approx(expected, rel=1e-12)
-
-
-def test_derivatives_at_rate_one_are_the_paths_own() -> None:
-    q1, q2, q3 = np.array([0.1, -3.0]), np.array([1e-9, 7.0]), np.array([0.3, -2.0])
-    for got, own in zip(derivatives(q1, q2, q3, 1.0, 0.0, 0.0), (q1, q2, q3), strict=True):
-        assert (got == own).all()
