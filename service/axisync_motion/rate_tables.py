@@ -37,9 +37,9 @@ TINY = 1e-30
 
 # Of what is possible in stop, fall and rise: the rest makes up for what tables made of samples do not see, so that the
 # cycle can keep to them. Within the limits of moves little is left near rate 1, and a stop needs no such haste.
-SHARE_U = np.array([0.96, 0.8, 0.75])[:, np.newaxis]
+SHARE_U = np.array([0.96, 0.4, 0.2])[:, np.newaxis]
 SHARE_A = np.array([0.99, 0.95, 0.95])[:, np.newaxis]
-SHARE_J = np.array([0.99, 0.5, 0.5])[:, np.newaxis]
+SHARE_J = np.array([0.99, 0.5, 0.15])[:, np.newaxis]
 
 X = np.linspace(0.0, 1.0, LEVELS + 1)
 """Levels: the root of the rate's way to go; near the end of a change w is in proportion to it."""

@@ -78,6 +78,7 @@ def test_hold_rests_on_the_path_and_resume_goes_on_to_the_target(bench: Bench) -
     assert command(bench, "hold") is None
     assert state(bench) is GroupState.STOPPING
     run_until(bench, GroupState.HELD)
+    bench.run(2)
     held = bench.core.current.position[:6].copy()
     bench.run(50)
     assert (bench.core.current.position[:6] == held).all()
