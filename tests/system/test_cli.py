@@ -72,8 +72,8 @@ def test_from_disabled_to_arrived(axisync: Axisync) -> None:
     assert outcome(axisync("disable", "wukong")) == (0, "wukong disabled\n", "")
 
 
-def test_plan_shows_the_papers_move(axisync: Axisync) -> None:
-    target = "--joint=-90,60,-45,0,0,0deg"
+def test_plan_shows_what_a_move_would_be(axisync: Axisync) -> None:
+    target = "--joint=-40,-95,45,-60,-45,45deg"
     code, out, _ = outcome(axisync("plan", "kingkong", target))
     assert code == 0
     assert "kingkong.2" in out

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from axisync_schemas.internal import BeginCommand, GroupCommand, PlanJob
-from axisync_schemas.memory import Control, GroupWord
+from axisync_schemas.memory import Control, GroupWord, Word
 from axisync_schemas.plan_slots import PlanError, read_plan
 from axisync_schemas.replies import Event
 from axisync_schemas.topics import LOG_EVENTS
@@ -23,6 +23,8 @@ from axisync_service.links.seqpacket import Link
 log = logging.getLogger(__name__)
 
 WORKER_MODULE = b"planner_worker"
+PLANNER_SILENT_NS = 2 * 10**9
+"""A planner that has given no sign of life for so long is not there, or not yet."""
 
 
 class Effects:
@@ -52,8 +54,9 @@ class Effects:
         return self._controller.send(command.model_dump_json().encode())
 
     def to_planner(self, job: PlanJob) -> bool:
-        """Sends a job."""
-        return self._planner.send(job.model_dump_json().encode())
+        """Sends a job, unless the planner is not there or still warming up: its time must not run meanwhile."""
+        silent_ns = time.monotonic_ns() - self._control[Word.PLANNER_NS]
+        return silent_ns < PLANNER_SILENT_NS and self._planner.send(job.model_dump_json().encode())
 
     def kill_planner(self) -> None:
         """SIGKILL, which also ends a process that is stopped or deep in a library."""
