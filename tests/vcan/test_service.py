@@ -5,6 +5,7 @@ At a slower period, since user-mode Linux has one CPU. Judged from frames and lo
 
 import contextlib
 import math
+import re
 import shutil
 import subprocess
 import sys
@@ -24,6 +25,8 @@ pytestmark = [pytest.mark.vcan, pytest.mark.timeout(240)]
 
 P2 = (100, -90, -60, -120, 45, 45)
 PERIOD_MS = 20.0
+CELL = re.sub(r"(?m)^radius_m = .*$", "", slower(patient(eod_text()), PERIOD_MS))
+"""With arms that cannot touch anything: at long periods drives left alone would go too far for this move."""
 BUFFER_BYTES = 8 << 20
 """For an observer that does not get the CPU for seconds."""
 
@@ -71,7 +74,7 @@ def recorded(directory: Path) -> Iterator[list[Path]]:
 def played(tmp_path_factory: pytest.TempPathFactory) -> Played:
     """KingKong from P1 to P2."""
     directory = tmp_path_factory.mktemp("vcan")
-    with recorded(directory) as seen, running(directory, slower(patient(eod_text()), PERIOD_MS)) as daemon:
+    with recorded(directory) as seen, running(directory, CELL) as daemon:
         axisync(daemon, "enable", "all")
         axisync(daemon, "move", "kingkong", "--joint", ",".join(map(str, P2)) + "deg")
         code = daemon.stop()

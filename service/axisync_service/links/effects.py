@@ -23,8 +23,6 @@ from axisync_service.links.seqpacket import Link
 log = logging.getLogger(__name__)
 
 WORKER_MODULE = b"planner_worker"
-PLANNER_SILENT_NS = 2 * 10**9
-"""A planner that has given no sign of life for so long is not there, or not yet."""
 
 
 class Effects:
@@ -55,8 +53,7 @@ class Effects:
 
     def to_planner(self, job: PlanJob) -> bool:
         """Sends a job, unless the planner is not there or still warming up: its time must not run meanwhile."""
-        silent_ns = time.monotonic_ns() - self._control[Word.PLANNER_NS]
-        return silent_ns < PLANNER_SILENT_NS and self._planner.send(job.model_dump_json().encode())
+        return self._control[Word.PLANNER_NS] != 0 and self._planner.send(job.model_dump_json().encode())
 
     def kill_planner(self) -> None:
         """SIGKILL, which also ends a process that is stopped or deep in a library."""
