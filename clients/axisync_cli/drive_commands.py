@@ -7,7 +7,7 @@ import typer
 from axisync_cli import sentences
 from axisync_cli.interrupts import stop_and_wait
 from axisync_cli.options import EPILOG, GroupOrAll, Json, terminal_of
-from axisync_client.drives import Value, group_of, home, read_object, write_object
+from axisync_client.drives import Value, group_of, read_object, write_object
 from axisync_schemas.replies import DriveReply
 
 Axis = Annotated[str, typer.Argument(metavar="AXIS", help="An axis of the cell.")]
@@ -26,7 +26,7 @@ def home_group(context: typer.Context, group: GroupOrAll = "all", as_json: Json 
     terminal = terminal_of(context, as_json, group)
     with terminal.connect() as client, client.lease(group) as lease:
         try:
-            reply = home(lease)
+            reply = lease.home()
         except KeyboardInterrupt:
             raise typer.Exit(stop_and_wait(terminal, client, group)) from None
         terminal.reply(reply)

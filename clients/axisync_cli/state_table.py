@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from collections.abc import Callable
 
 from rich.console import Group
 from rich.table import Table
@@ -13,8 +14,8 @@ _STYLES = {"fault": "bold red", "moving": "green", "held": "yellow", "stopping":
 
 
 def state_table(state: State) -> Group:
-    """Groups, positions in degrees, drives that need attention, then cycle, buses and recorder in a line each."""
-    return Group(_groups(state), _positions(state), *_drive_lines(state), *_service_lines(state))
+    """Groups, positions in degrees, drives' health, drives that need attention, then the service in a line each."""
+    return Group(_groups(state), _positions(state), *_health(state), *_drive_lines(state), *_service_lines(state))
 
 
 def lease_table(lease: dict[str, str | None]) -> Table:
@@ -59,6 +60,33 @@ def _positions(state: State) -> Table:
     for name, group in state.groups.items():
         table.add_row(name, *(f"{math.degrees(value):.2f}" for value in group.position))
     return table
+
+
+def _health(state: State) -> list[Table]:
+    """One row a drive, with the columns that any drive has something to say in; none without such a column."""
+    drives = [drive for group in state.groups.values() for drive in group.drives]
+    cells = {title: [say(drive) for drive in drives] for title, say in _HEALTH.items()}
+    shown = {title: column for title, column in cells.items() if any(column)}
+    if not shown:
+        return []
+    table = Table("drive", *shown)
+    for row in zip((drive.axis for drive in drives), *shown.values(), strict=True):
+        table.add_row(*row)
+    return [table]
+
+
+def _flag(value: bool | None, yes: str, no: str) -> str:
+    return "" if value is None else yes if value else no
+
+
+_HEALTH: dict[str, Callable[[DriveReport], str]] = {
+    "temperature": lambda drive: "" if drive.temperature is None else f"{drive.temperature:.0f} degC",
+    "voltage": lambda drive: "" if drive.voltage is None else f"{drive.voltage:.1f} V",
+    "torque": lambda drive: "" if drive.torque is None else f"{drive.torque:.0%}",
+    "safe torque off": lambda drive: _flag(drive.safe_torque_off, "active", ""),
+    "homed": lambda drive: _flag(drive.homed, "yes", "no"),
+}
+"""Columns: what a drive says in each, or nothing."""
 
 
 def _drive_lines(state: State) -> list[Text]:

@@ -24,6 +24,9 @@ GroupVerb = Literal["enable", "disable", "reset", "hold", "resume"]
 DRIVES_TIMEOUT_S = 10.0
 """enable, disable and reset are answered when the drives have done it."""
 
+HOMING_PATIENCE_S = 10.0
+"""For each drive beside its own time-out: to set it up, to halt it, and to lead it back."""
+
 
 @dataclass(frozen=True, slots=True)
 class Call(Generic[R]):
@@ -119,6 +122,17 @@ def override(group: str, value: float, token: str) -> Call[GroupReply]:
     """The rate at which a group runs along its paths, 0..1."""
     request = build(OverrideRequest, group=group, value=float(value), lease=token)
     return Call("override", GroupReply, request, expires=True)
+
+
+def home(cell: Cell, group: str, token: str) -> Call[GroupReply]:
+    """Waits as long as all drives may take, one after the other; an unknown group is refused by the daemon."""
+    try:
+        axes = [cell.axes[i] for i in cell.axis_indices(group)]
+    except KeyError:
+        axes = []
+    waits = (axis.drive.homing.timeout_s + HOMING_PATIENCE_S for axis in axes if axis.drive.homing is not None)
+    timeout_s = HOMING_PATIENCE_S + sum(waits)
+    return Call("home", GroupReply, build(GroupRequest, group=group, lease=token), timeout_s, expires=True)
 
 
 def stop(group: str) -> Call[GroupReply]:

@@ -1,4 +1,4 @@
-"""Drives: homing, and their objects for maintenance."""
+"""Objects of drives, for maintenance."""
 
 from pydantic import ValidationError
 
@@ -7,24 +7,10 @@ from axisync_client.client import Client
 from axisync_client.errors import InvalidArgument, explain
 from axisync_client.lease import Lease
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import DriveRequest, GroupRequest
-from axisync_schemas.replies import DriveReply, GroupReply
+from axisync_schemas.commands import DriveRequest
+from axisync_schemas.replies import DriveReply
 
 Value = int | float | str
-_PATIENCE_S = 10.0
-"""For each drive beside its own time-out: to set it up, to halt it, and to lead it back."""
-
-
-def home(lease: Lease, group: str | None = None) -> GroupReply:
-    """Has the drives of an enabled group find their homes. They move by themselves, and nothing checks for collisions.
-
-    Raises:
-        Refused: with NOT_ENABLED, BUSY, or the reason for which home was not found.
-    """
-    name = lease._group(group)
-    request = GroupRequest(group=name, lease=lease.token)
-    timeout_s = _homing_s(lease._client.config(), name)
-    return lease._command(Call("home", GroupReply, request, timeout_s, expires=True))
 
 
 def read_object(client: Client, axis: str, name: str) -> DriveReply:
@@ -52,15 +38,6 @@ def group_of(cell: Cell, axis: str) -> str:
         if any(one.name == axis for one in group.axes):
             return group.name
     raise InvalidArgument(f"no axis {axis!r} in {cell.name}", f"one of {', '.join(one.name for one in cell.axes)}")
-
-
-def _homing_s(cell: Cell, group: str) -> float:
-    """As long as all drives may take, one after the other; an unknown group is refused by the daemon."""
-    try:
-        axes = [cell.axes[i] for i in cell.axis_indices(group)]
-    except KeyError:
-        axes = []
-    return _PATIENCE_S + sum(a.drive.homing.timeout_s + _PATIENCE_S for a in axes if a.drive.homing is not None)
 
 
 def _request(**values: object) -> DriveRequest:

@@ -104,6 +104,16 @@ class Lease:
         """Runs along paths at `value` (0..1) of their speed, from now on and in later moves, until it is changed."""
         return self._command(calls.override(self._group(group), value, self.token))
 
+    def home(self, group: str | None = None) -> GroupReply:
+        """Has the drives of an enabled group find their homes. They move by themselves, and nothing checks for
+        collisions. Returns when all axes are homed.
+
+        Raises:
+            Refused: with NOT_ENABLED, BUSY, or the reason for which home was not found.
+        """
+        name = self._group(group)
+        return self._command(calls.home(self._client.config(), name, self.token))
+
     def move(self, move: AnyMove, *, group: str | None = None, speed_scale: float = 1.0) -> Move:
         """Starts any move of `axisync_client.moves`. Returns when it is accepted.
 

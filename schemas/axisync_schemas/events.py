@@ -41,3 +41,4 @@ class EventKind(StrEnum):
     LOG_OPENED = "log_opened"
     LOG_CLOSED = "log_closed"
     BUS_FAILED = "bus_failed"
+    FOREIGN_FRAMES = "foreign_frames"

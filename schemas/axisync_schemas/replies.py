@@ -74,7 +74,7 @@ class MoveReply(Reply):
     Attributes:
         scalars: names of the rows of T and U; none for a sequence of several steps, whose `steps` say more.
         T: [n][7] segment times, s; U: [n][7] jerk of each segment.
-        minimum_s: [n] the time each scalar would need alone.
+        minimum_s: [n] the time each scalar would need alone, before any stretching.
         limiting: the scalar that sets the duration, or None where nothing moves; a joint where `scale` is above 1.
         scale: how much the path-space limits were stretched for the joints' (1: not at all).
         min_distance_m: the least distance between shapes over the whole path; None where nothing is watched.

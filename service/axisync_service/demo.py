@@ -70,13 +70,28 @@ class EmulatorFailed(Exception):
     """The emulated drives did not come up; one sentence."""
 
 
+@dataclass(frozen=True, slots=True)
+class Extras:
+    """Directories for what emulators do besides: a log of all frames, and sockets that take faults, a file a bus."""
+
+    candump: Path | None = None
+    control: Path | None = None
+
+    def options(self, bus: str) -> list[str]:
+        """For the emulator of one bus."""
+        return [
+            *(("--candump", str(self.candump / f"{bus}.log")) if self.candump else ()),
+            *(("--control", str(self.control / f"{bus}.sock")) if self.control else ()),
+        ]
+
+
 @dataclass(slots=True)
 class Emulators:
     """One emulator process a bus, out of reach of Ctrl-C: the service still needs the drives while it stops."""
 
     processes: list[subprocess.Popen[str]] = field(default_factory=list)
 
-    def start(self, cell_file: Path, cell: Cell, simcan: str, candump: Path | None = None) -> None:
+    def start(self, cell_file: Path, cell: Cell, simcan: str, extras: Extras = Extras()) -> None:
         """Starts them and waits until their buses are there.
 
         Raises:
@@ -85,8 +100,7 @@ class Emulators:
         for bus in cell.buses:
             command = [sys.executable, "-m", "axisync_emulator.main", str(cell_file), "--bus", bus.name]
             command += ["--die-with-parent", *(("--simcan", simcan) if simcan else ())]
-            if candump is not None:
-                command += ["--candump", str(candump / f"{bus.name}.log")]
+            command += extras.options(bus.name)
             self.processes.append(
                 subprocess.Popen(
                     command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, start_new_session=True

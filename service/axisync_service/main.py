@@ -14,7 +14,16 @@ from axisync_schemas.eds import EdsError
 from axisync_service.bus_table import print_buses
 from axisync_service.canopen.budget import LOAD_MAX, budget
 from axisync_service.daemon.locks import Locked, runtime_directory
-from axisync_service.demo import EmulatorFailed, Emulators, Program, kernel_has, next_steps, patient, program_for
+from axisync_service.demo import (
+    EmulatorFailed,
+    Emulators,
+    Extras,
+    Program,
+    kernel_has,
+    next_steps,
+    patient,
+    program_for,
+)
 from axisync_service.eds_import import import_section
 from axisync_service.motion_controller import realtime
 from axisync_service.process import LOG_LEVEL_VARIABLE
@@ -55,6 +64,9 @@ def demo(
     program: Annotated[bool, typer.Option(help="Play the program.")] = True,
     cell_file: Annotated[Path, typer.Option("--cell", help="Another cell file.")] = CELLS / "eod.toml",
     candump: Annotated[Path | None, typer.Option(help="Write each bus's frames to BUS.log in this directory.")] = None,
+    control: Annotated[
+        Path | None, typer.Option(help="Take faults on BUS.sock in this directory, see `axisync-emulator inject`.")
+    ] = None,
     verbose: Verbose = False,
 ) -> None:
     """Both arms of the paper on emulated drives: plays the tool change and WuKong's points, then waits for you."""
@@ -72,7 +84,7 @@ def demo(
             flush=True,
         )
         cell = cell.on_simcan(simcan) if simcan else cell
-        raise typer.Exit(_demo(cell, text, used, log_dir, listen, simcan, program, candump))
+        raise typer.Exit(_demo(cell, text, used, log_dir, listen, simcan, program, Extras(candump, control)))
 
 
 def _demo_cell_file(cell_file: Path, scratch: Path) -> Path:
@@ -86,7 +98,7 @@ def _demo_cell_file(cell_file: Path, scratch: Path) -> Path:
 
 
 def _demo(
-    cell: Cell, text: str, cell_file: Path, log_dir: Path, listen: str, simcan: str, play: bool, candump: Path | None
+    cell: Cell, text: str, cell_file: Path, log_dir: Path, listen: str, simcan: str, play: bool, extras: Extras
 ) -> int:
     supervisor = _supervisor(cell, text, log_dir, listen, simcan)
     emulators, program = Emulators(), Program(listen, program_for(cell))
@@ -102,7 +114,7 @@ def _demo(
 
     supervisor.on_ready, supervisor.each_poll = on_ready, each_poll
     try:
-        emulators.start(cell_file, cell, simcan, candump)
+        emulators.start(cell_file, cell, simcan, extras)
         return supervisor.run()
     except EmulatorFailed as error:
         typer.echo(f"axisyncd: {error}", err=True)

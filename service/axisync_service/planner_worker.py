@@ -116,6 +116,7 @@ class Worker:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Works until the service stops."""
     context = start("planner", arguments)
+    context.control[Word.PLANNER_NS] = 0  # until warm
     worker = make_worker(context)
     warm_up(worker.models)
     log.info("backend=%s", backend())

@@ -28,7 +28,8 @@ from axisync_service.process import EXIT_CONFIGURATION
 POLL_S = 0.05
 STOP_S = 5.0
 DRIVES_READY_S = 15.0
-"""How long absent drives are waited for: the service is of use without them."""
+DRIVES_READY_TICKS = 1000
+"""How long absent drives are waited for: the service is of use without them. Bring-up takes some hundred ticks."""
 PROCESSES_READY_S = 90.0
 """A planner that compiles itself for the first time takes a while."""
 WATCHDOG_NS = 2_000_000_000
@@ -99,6 +100,7 @@ class Supervisor:
 
     def _loop(self, wake: socket.socket) -> None:
         started, told = time.monotonic(), False
+        for_drives = max(DRIVES_READY_S, DRIVES_READY_TICKS * self.cell.period)
         while not (self._asked_to_stop or self._failed):
             select.select([wake], [], [], POLL_S)
             with contextlib.suppress(BlockingIOError):
@@ -108,7 +110,7 @@ class Supervisor:
             self._homed.follow(self.control, self._status)
             if not told:
                 processes, drives = self._waiting_for()
-                patience = PROCESSES_READY_S if processes else DRIVES_READY_S
+                patience = PROCESSES_READY_S if processes else for_drives
                 if not (processes or drives) or time.monotonic() - started > patience:
                     told = True
                     self.on_ready(processes + drives)

@@ -2,7 +2,8 @@
 
 Starts the demo without its dashboard and, as a client, swings both arms, starts moves and stops moves. Lateness and
 setpoints are read from the log, times by stage from the controller's shared memory. The planner is measured without a
-service, beside the Ruckig library, and so are poses, paths and moves of arms, beside TOPP-RA and coal.
+service, beside the Ruckig library, and so are poses, paths and moves of arms, beside TOPP-RA and coal. Drives are
+measured in lock-step, in the bus's own time.
 """
 
 import argparse

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import arms
+import drives
 import numpy as np
 import planner
 from daemon import Daemon
@@ -22,9 +23,9 @@ from axisync_client import Client
 from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
 
-BENCHES = ("planner", "arms", "lateness", "stages", "requests", "stops", "processes")
-SERVICE_FREE = frozenset({"planner", "arms"})
-"""Benches of libraries alone."""
+BENCHES = ("planner", "arms", "drives", "lateness", "stages", "requests", "stops", "processes")
+SERVICE_FREE = frozenset({"planner", "arms", "drives"})
+"""Benches of libraries alone, or in lock-step."""
 SWINGING = frozenset({"lateness", "stages", "processes"})
 """Benches that need the arms to move for a while."""
 GROUP = "both"
@@ -65,6 +66,8 @@ class Bench:
             planner.measure(self._report)
         if "arms" in self._wanted:
             arms.measure(self._report)
+        if "drives" in self._wanted:
+            drives.measure(self._report)
         if self._wanted <= SERVICE_FREE:
             return
         with Daemon(directory) as daemon:

@@ -304,7 +304,7 @@ class Peer:
         drives = tuple(
             DriveReport(
                 axis=f"{name}.{i + 1}", bus=name, node_id=i + 1, state="operation_enabled", nmt="operational",
-                statusword=0x27, error_code=0, error=None,
+                statusword=0x27, error_code=0, error=None, temperature=31.4, voltage=48.0,
             )
             for i in range(axes)
         )  # fmt: skip

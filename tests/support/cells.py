@@ -10,7 +10,8 @@ def small(text: str, axes: int = 2) -> str:
     for block in blocks:
         if block.startswith("[[groups.axes]]"):
             seen += 1
-            rest = block[block.index("\n\n") :] if "\n\n" in block and "[[groups]]" in block else ""
+            more = "[[groups]]" in block or "[[compounds]]" in block
+            rest = block[block.index("\n\n") :] if "\n\n" in block and more else ""
             kept.append(block if seen <= axes else rest)
             seen = 0 if "[[groups]]" in block else seen
         else:

@@ -13,9 +13,9 @@ from importlib import resources
 from pathlib import Path
 
 from axisync_schemas.cell import override, read_cell
-from axisync_service.demo import PATIENT, Emulators
+from axisync_service.demo import PATIENT, Emulators, Extras
 
-READY_S = 100.0
+READY_S = 180.0
 STOP_S = 20.0
 CHILDREN = {
     "front": "axisync_service.front",
@@ -69,10 +69,11 @@ class Daemon:
 
     @property
     def environment(self) -> dict[str, str]:
-        """Its own runtime directory, so that runs do not lock each other out."""
-        runtime = self.directory / "run"
+        """Its own runtime and state directories: runs neither lock each other out nor know each other's homes."""
+        runtime, state = self.directory / "run", self.directory / "state"
         runtime.mkdir(exist_ok=True)
-        return {**os.environ, "XDG_RUNTIME_DIR": str(runtime), "AXISYNC_LOG_LEVEL": "INFO"}
+        own = {"XDG_RUNTIME_DIR": str(runtime), "XDG_STATE_HOME": str(state), "AXISYNC_LOG_LEVEL": "INFO"}
+        return {**os.environ, **own}
 
     @property
     def output(self) -> str:
@@ -93,12 +94,15 @@ class Daemon:
         """Starts it and waits until moves are accepted."""
         if self._simcan is not None and not self._emulators.processes:
             cell, _ = read_cell(self.cell_file)
-            self._emulators.start(self.cell_file, cell, str(self._simcan), self.frames_dir)
+            self._emulators.start(self.cell_file, cell, str(self._simcan), Extras(candump=self.frames_dir))
         with self._output.open("wb") as output:
             self.process = subprocess.Popen(
                 self.command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, env=self.environment
             )
-        wait_for(lambda: "ready\n" in self.output or self.process.poll() is not None, "ready", READY_S)  # type: ignore[union-attr]
+        try:
+            wait_for(lambda: "ready\n" in self.output or self.process.poll() is not None, "ready", READY_S)  # type: ignore[union-attr]
+        except AssertionError as late:
+            raise AssertionError(f"{late}\n{self.output}") from None
         assert self.process.poll() is None, self.output
         assert "not there yet" not in self.output, self.output
         return self

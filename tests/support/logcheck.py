@@ -270,8 +270,10 @@ def _groups(log: Log, move: LoggedMove) -> list[int]:
 def _together(log: Log, move: LoggedMove) -> list[str]:
     """Each axis leaves between two ticks: where it is no longer at its start to the bit, and where by `ARRIVED`.
 
-    There must be a tick that fits all; the same for arrivals, read backwards.
+    There must be a tick that fits all; the same for arrivals, read backwards. Not of a sequence: its steps differ.
     """
+    if move.plan is not None and move.plan.get("move", {}).get("kind") == "sequence":
+        return []
     position = log.ticks["position"][move.span][:, list(move.axes)]
     position = position[:, np.abs(position - position[0]).max(axis=0) > 1e3 * ARRIVED]
     if position.shape[1] == 0:

@@ -6,8 +6,9 @@ Forward kinematics is pinocchio's on the DH rows of the logged cell file, put to
 import itertools
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pinocchio
@@ -15,6 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from axisync_client import Client, ErrorCode, Lease, Move, Refused, deg, moves
+from axisync_client.moves import AnyMove
 from axisync_schemas.cell import Group, Pose
 from axisync_schemas.replies import MoveReply
 from support import logcheck
@@ -22,6 +24,7 @@ from support.daemon import eod_text, patient, running
 from support.logread import Log, logs_in, read_log
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 ACROSS = deg(75, -10, 20, -55, 145, -35)
 """KingKong reaching over the body; WuKong cannot come past."""
@@ -63,16 +66,24 @@ def refusal(ask: Any, *arguments: Any, **options: Any) -> Refused:
     return caught.value
 
 
-def begun(lease: Lease, move: Any, group: str = "kingkong", speed: float = 1.0) -> Move:
-    """Asked again where the planner had no time: other work may share the machine."""
-    for _ in range(5):
+def patiently(ask: Callable[[], T]) -> T:
+    """Asks again where the planner had no time, and was started anew: other work may share the machine."""
+    for _ in range(3):
         try:
-            return lease.move(move, group=group, speed_scale=speed)
+            return ask()
         except Refused as refused:
             if refused.code not in (ErrorCode.INTERNAL, ErrorCode.UNAVAILABLE):
                 raise
-            time.sleep(5.0)
-    return lease.move(move, group=group, speed_scale=speed)
+            time.sleep(15.0)
+    return ask()
+
+
+def begun(lease: Lease, move: AnyMove, group: str = "kingkong", speed: float = 1.0) -> Move:
+    return patiently(lambda: lease.move(move, group=group, speed_scale=speed))
+
+
+def not_planned(client: Client, move: AnyMove) -> Refused:
+    return refusal(patiently, lambda: client.plan("kingkong", move))
 
 
 def crossing(lease: Lease) -> tuple[Refused, MoveReply]:
@@ -89,12 +100,11 @@ def crossing(lease: Lease) -> tuple[Refused, MoveReply]:
 
 
 def on_the_wire(client: Client) -> dict[str, Refused]:
+    fast = moves.linear((0.0, 0.0, 0.05), relative=True, linear_limits=(1.0, 2.0, 3.0), retime=False)
     return {
-        "far": refusal(client.plan_linear, "kingkong", (2.0, 0.0, 0.0)),
-        "fast": refusal(
-            client.plan_linear, "kingkong", (0.0, 0.0, 0.05), relative=True, linear_limits=(1.0, 2.0, 3.0), retime=False
-        ),
-        "step": refusal(client.plan_sequence, "kingkong", [moves.dwell(0.1), moves.linear((2.0, 0.0, 0.0))]),
+        "far": not_planned(client, moves.linear((2.0, 0.0, 0.0))),
+        "fast": not_planned(client, fast),
+        "step": not_planned(client, moves.sequence([moves.dwell(0.1), moves.linear((2.0, 0.0, 0.0))])),
     }
 
 

@@ -43,6 +43,18 @@ def state_of(client: Client, group: str = "kingkong") -> str | None:
         return None
 
 
+def connected(daemon: Daemon) -> Client:
+    """To a front that may still be starting again."""
+    end = time.monotonic() + 30.0
+    while True:
+        try:
+            return Client(daemon.endpoint)
+        except Unavailable:
+            if time.monotonic() > end:
+                raise
+            time.sleep(0.1)
+
+
 def enable_and_move(daemon: Daemon) -> None:
     """The service is whole again."""
     with Client(daemon.endpoint) as client, client.lease("kingkong") as arm:
@@ -55,7 +67,7 @@ def test_front_killed_the_move_is_held_and_adopted(daemon: Daemon) -> None:
     with moving(daemon, loses=True) as (_, arm, move):
         os.kill(daemon.pid("front"), signal.SIGKILL)
         wait_for(lambda: arm.lost, "the lease is lost loudly", 15)
-    with Client(daemon.endpoint) as client:
+    with connected(daemon) as client:
         wait_for(lambda: state_of(client) == "held", "the new front shows the held move", 15)
         report = client.move_report(move.reply.move_id or "")
         assert report.status is MoveStatus.HELD

@@ -10,8 +10,8 @@ from axisync_schemas.moves import SequenceMove
 from axisync_schemas.replies import MoveReply
 from axisync_service.actioner.ports import Ports
 
-TIMEOUT_NS = 2 * 10**9
-STEP_TIMEOUT_NS = 10**8
+TIMEOUT_NS = 5 * 10**9
+STEP_TIMEOUT_NS = 2 * 10**8
 """More for each further step of a sequence."""
 
 Done = Callable[[MoveReply], None]

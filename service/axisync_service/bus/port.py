@@ -10,13 +10,15 @@ from typing import Any
 import can
 
 from axisync_schemas.cell import Bus
+from axisync_service.canopen.budget import TYPICAL_STUFFING
 from axisync_service.motion_controller.clock import TimeSource
 
 Frame = tuple[int, bytes]
 """11-bit identifier and data."""
 
-FRAME_BITS = 47
-"""Of a frame with an 11-bit identifier, without its data and stuffing: 44, and 3 between frames."""
+FRAME_BITS = 47 + 8 * TYPICAL_STUFFING
+BYTE_BITS = 8 + 2 * TYPICAL_STUFFING
+"""Of a frame with an 11-bit identifier and n bytes: 47 + 8 n, and up to 8 + 2 n stuff bits (ISO 11898-1)."""
 _CAN_FRAME = struct.Struct("=IB3x8s")
 _FLAGS = 0xE0000000
 """Extended, remote and error frames: none of them is ours."""
@@ -33,7 +35,7 @@ class BusPort(ABC):
     """One open bus.
 
     Attributes:
-        bits: of all frames sent and received, without stuffing.
+        bits: of all frames sent and received, with the usual stuffing.
         sent, received, lost: frames; lost ones found the transmit queue full, or the bus down.
         failure: why the last frame could not be sent; None while the bus works.
         off: bus-off, or just back from it with old frames still queued: nothing is sent.
@@ -44,7 +46,8 @@ class BusPort(ABC):
 
     def __init__(self, bus: Bus) -> None:
         self.bus = bus
-        self.sent = self.received = self.lost = self.bits = 0
+        self.sent = self.received = self.lost = 0
+        self.bits = 0.0
         self.failure: str | None = None
         self.off = False
 
@@ -63,12 +66,12 @@ class BusPort(ABC):
             self.failure = str(error)
             return
         self.sent += 1
-        self.bits += FRAME_BITS + 8 * len(data)
+        self.bits += FRAME_BITS + BYTE_BITS * len(data)
         self.failure = None
 
     def _count(self, frames: list[Frame]) -> None:
         self.received += len(frames)
-        self.bits += FRAME_BITS * len(frames) + 8 * sum(len(data) for _, data in frames)
+        self.bits += FRAME_BITS * len(frames) + BYTE_BITS * sum(len(data) for _, data in frames)
 
     @abstractmethod
     def _send(self, can_id: int, data: bytes) -> None: ...

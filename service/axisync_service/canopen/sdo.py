@@ -72,10 +72,12 @@ class SdoClient:
     Attributes:
         timeout_ns: how long an answer may take.
         result: bytes of a finished upload (b"" of a download), an error, or None while busy.
+        unasked: responses that belong to no request of ours: a second node with this id, or another client.
     """
 
     timeout_ns: int = 500_000_000
     result: bytes | SdoError | None = None
+    unasked: int = 0
     _phase: _Phase = _Phase.IDLE
     _index: int = 0
     _sub: int = 0
@@ -125,8 +127,11 @@ class SdoClient:
         return None
 
     def receive(self, data: bytes) -> None:
-        """Takes a response; what does not belong to the transfer is ignored."""
-        if self._phase is _Phase.IDLE or len(data) != 8:
+        """Takes a response; what does not belong to the transfer is ignored, and counted."""
+        if len(data) != 8:
+            return
+        if self._phase is _Phase.IDLE or self._pending is not None:
+            self.unasked += 1
             return
         if data[0] == 0x80:
             _, index, sub, abort = _ABORT.unpack(data)
@@ -142,7 +147,9 @@ class SdoClient:
 
     def _addressed(self, data: bytes) -> bool:
         _, index, sub = _HEAD.unpack_from(data)
-        return (index, sub) == (self._index, self._sub)
+        ours = (index, sub) == (self._index, self._sub)
+        self.unasked += not ours
+        return ours
 
     def _on_download(self, data: bytes) -> None:
         if data[0] != 0x60 or not self._addressed(data):

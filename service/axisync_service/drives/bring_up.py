@@ -13,6 +13,8 @@ from axisync_service.drives.configuration import CSP_SUPPORTED, Row, rows
 
 RETRY_NS = 1_000_000_000
 NMT_TIMEOUT_NS = 500_000_000
+UNASKED_MAX = 3
+"""SDO responses that no request of a bring-up explains: a late one or two are nothing, more are another node's."""
 
 
 class Phase(Enum):
@@ -219,7 +221,9 @@ class BringUp:
             self._go(Phase.START, now_ns, NMT_TIMEOUT_NS + round(2e9 * self.cell.drive_heartbeat))
 
     def _start(self, now_ns: int) -> None:
-        if not self._asked:
+        if self.sdo.unasked > UNASKED_MAX:
+            self._fail(now_ns, "two nodes answer under this node id, or another SDO client asks: stays pre-operational")
+        elif not self._asked:
             self._asked = True
             self.command = NmtCommand.START
         elif self.nmt is NmtState.OPERATIONAL:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from axisync_schemas.internal import BeginCommand, DriveCommand, GroupCommand, OverrideCommand, PlanJob
-from axisync_schemas.memory import Control, GroupWord
+from axisync_schemas.memory import Control, GroupWord, Word
 from axisync_schemas.plan_slots import PlanError, read_plan
 from axisync_schemas.replies import Event
 from axisync_schemas.topics import LOG_EVENTS
@@ -52,8 +52,8 @@ class Effects:
         return self._controller.send(command.model_dump_json().encode())
 
     def to_planner(self, job: PlanJob) -> bool:
-        """Sends a job."""
-        return self._planner.send(job.model_dump_json().encode())
+        """Sends a job, unless the planner is not there or still warming up: its time must not run meanwhile."""
+        return self._control[Word.PLANNER_NS] != 0 and self._planner.send(job.model_dump_json().encode())
 
     def kill_planner(self) -> None:
         """SIGKILL, which also ends a process that is stopped or deep in a library."""

@@ -63,7 +63,7 @@ class Cycle:
         self._sdo_turn = [0] * len(ports)
         self._skipped_ticks = 0
         self._skips = SkipReport(self._garbage_ticks)
-        self._bits_before = [0] * len(ports)
+        self._bits_before = [0.0] * len(ports)
         self._loads = [0.0] * len(ports)
         self._off = [False] * len(ports)
         self._front = False
@@ -125,11 +125,14 @@ class Cycle:
     # --- read ---------------------------------------------------------------------------------------------------
 
     def _read(self, now_ns: int) -> None:
-        for port, table in zip(self.ports, self._tables, strict=True):
+        foreign = self.core.foreign
+        for bus, (port, table) in enumerate(zip(self.ports, self._tables, strict=True)):
             for can_id, data in port.drain():
                 handler = table.get(can_id)
                 if handler is not None:
                     handler(data, now_ns)
+                else:
+                    foreign.hear(bus, can_id)
 
     def _inputs(self, tick: Tick) -> Inputs:
         control, groups = self.control, range(len(self.core.groups))
@@ -216,7 +219,7 @@ class Cycle:
                 self.core.voice.say(EventKind.BUS_FAILED, text, None, severity, bus=port.bus.name)
 
     def _measure_loads(self) -> None:
-        """Share of a second's bits in frames heard and sent, without stuffing."""
+        """Share of a second's bits in frames heard and sent, with the usual stuffing."""
         seconds = self._garbage_ticks * self.cell.period
         for position, port in enumerate(self.ports):
             self._loads[position] = (port.bits - self._bits_before[position]) / (port.bus.bitrate * seconds)

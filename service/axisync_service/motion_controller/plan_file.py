@@ -74,7 +74,7 @@ class PlanFile:
         self.failure: str | None = None
         self._script = self._commands(plans)
         self._next: GroupCommand | BeginCommand | None = None
-        self._waiting_for: str | None = None
+        self._sent: GroupCommand | BeginCommand | None = None
         self._advance()
 
     @staticmethod
@@ -91,7 +91,10 @@ class PlanFile:
     def poll(self) -> list[Command]:
         """The next command, once what came before it is done."""
         command, self._next = self._next, None
-        return [command] if command is not None else []
+        if command is None:
+            return []
+        self._sent = command
+        return [command]
 
     def send(self, packet: bytes) -> None:
         """Hears what the controller says."""
@@ -100,7 +103,7 @@ class PlanFile:
             if message.error is not None:
                 # A drive that is still being brought up will be ready soon: ask again.
                 if message.ref == 0 and message.error.code.value == "UNAVAILABLE":
-                    self._next = GroupCommand(op="enable", ref=0, group=str(message.error.details["group"]))
+                    self._next = self._sent
                 else:
                     self.failure, self.finished = message.error.message, True
             elif message.ref == 0:

@@ -12,6 +12,7 @@ from axisync_service.drives.link import DriveLink
 from axisync_service.mapper.counts import CountMap
 from axisync_service.motion_controller.commands import Command, Commands, OpenPlan
 from axisync_service.motion_controller.demand import Inputs, Setpoints
+from axisync_service.motion_controller.foreign import Foreign, Notice
 from axisync_service.motion_controller.groups import DISABLE_TIMEOUT_NS, Goal, GroupMachine
 from axisync_service.motion_controller.motions import Motions
 from axisync_service.motion_controller.player import Ending
@@ -27,7 +28,7 @@ class Core:
 
     Attributes:
         current: setpoints in force at the present tick; upcoming: those of the next, which the RPDOs carry.
-        voice: what to say; watch: what the drives show.
+        voice: what to say; watch: what the drives show; foreign: frames of others.
         shut_down: the service stops, and every drive is off.
     """
 
@@ -41,6 +42,7 @@ class Core:
         self._counts = CountMap(cell.axes)
         self.watch = Watch(self.groups, self.drives, self._counts, self.voice)
         self._commands = Commands(cell, self.groups, self.motions, self.voice, open_plan)
+        self.foreign = Foreign(cell, self.groups)
         self._rounds = Rounds(cell, self.groups, self.voice)
         for drive in self.drives:
             if homed is not None and drive.axis.name in homed:
@@ -96,6 +98,8 @@ class Core:
         """Skipped ticks, stops, lapsed leases, a lost front, the end of the service."""
         if inputs.skipped:
             self._on_skipped(inputs.skipped)
+        for notice in self.foreign.notice(inputs.tick):
+            self._on_foreign(notice, inputs.now_ns)
         before = self._stop_counts or inputs.stop_counts
         self._stop_counts = inputs.stop_counts
         for group in self.groups:
@@ -116,6 +120,16 @@ class Core:
                     self.motions.slow(motion, Ending.HELD, "lease lapsed")
         if inputs.stopping and not self.shut_down:
             self._shut_down(inputs.now_ns)
+
+    def _on_foreign(self, notice: Notice, now_ns: int) -> None:
+        """Somebody else talks to the drives of a bus: what moves there comes to rest on its path."""
+        if notice.news:
+            self.voice.say(EventKind.FOREIGN_FRAMES, notice.why, None, "error", bus=notice.bus)
+        for group in notice.groups:
+            if group.homing is not None and group.homing.failure is None:
+                self._commands.homing.stop(group, notice.why, now_ns)
+            elif group.motion is not None and group.state is GroupState.MOVING:
+                self.motions.slow(group.motion, Ending.FAILED, notice.why)
 
     def _on_skipped(self, skipped: int) -> None:
         most = self.cell.missed_ticks_max

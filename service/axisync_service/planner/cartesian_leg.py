@@ -34,6 +34,8 @@ POSITION_TOLERANCE = 1e-9
 """rad: a thousandth of what the design asks for."""
 JERK_TOLERANCE = 1e-3
 """Of the joint's limit."""
+JUMP_MAX = 0.01
+"""Of an axis's acceleration limit: more, from one piece to the next, is no rounding."""
 CELL_S = 0.01
 """Width of the cells over which the joints' velocities, accelerations and jerks are bounded."""
 CELLS_MAX = 4096
@@ -158,6 +160,7 @@ def _leg(models: Models, group: str, move: Cartesian, start: Array, speed_scale:
     trajectory = _fitted(routes, axes, profile, start)
     demand = _demand(trajectory, axes)
     scale = _scale(demand, axes, routes, move, speed_scale)
+    _check_jumps(trajectory, axes, scale)
     leg = Leg(
         kind=move.kind,
         trajectory=trajectory,
@@ -238,6 +241,26 @@ def _scalars(routes: list[_Route], move: Cartesian) -> tuple[tuple[str, ...], Ar
     return tuple(names), np.concatenate([route.path.distances for route in routes]), np.array(limits)
 
 
+def _check_jumps(trajectory: Trajectory, axes: tuple[Axis, ...], scale: float) -> None:
+    """Where a path begins or ends at a singularity (a stretched elbow), joints set off with acceleration.
+
+    Raises:
+        Refusal: SINGULAR_PATH.
+    """
+    knots, rest = trajectory.knots, np.zeros((1, len(axes)))
+    after = np.vstack([trajectory.sample(knots[:-1])[2], rest])
+    before = np.vstack([rest, trajectory.sample(np.nextafter(knots[1:], 0.0))[2]])
+    jumps = np.abs(after - before) / scale**2 / np.array([axis.limits.acceleration for axis in axes])
+    knot, axis = (int(i) for i in np.unravel_index(int(jumps.argmax()), jumps.shape))
+    if jumps[knot, axis] > JUMP_MAX:
+        raise _jump(axes[axis].name, scale * float(knots[knot]))
+
+
+def _jump(name: str, time: float) -> Refusal:
+    message = f"{name} would have to jump at {time:.3f} s of the move: the path passes a singularity"
+    return Refusal(ErrorCode.SINGULAR_PATH, message, axis=name, time_s=time, singularity="arm")
+
+
 def _fitted(routes: list[_Route], axes: tuple[Axis, ...], profile: SyncProfile, start: Array) -> Trajectory:
     """The joints' motion as polynomials between MASA's segment boundaries."""
 
@@ -260,11 +283,7 @@ def _fitted(routes: list[_Route], axes: tuple[Axis, ...], profile: SyncProfile, 
     try:
         return fit(joints, motion, slope, np.full(len(axes), POSITION_TOLERANCE), tolerance, start)
     except NotSmooth as error:
-        name = axes[error.axis].name
-        message = f"{name} would have to jump at {error.time:.3f} s of the move: the path passes a singularity"
-        raise Refusal(
-            ErrorCode.SINGULAR_PATH, message, axis=name, time_s=error.time, singularity="arm"
-        ) from None  # fmt: skip
+        raise _jump(axes[error.axis].name, error.time) from None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisync_motion.trajectory import Trajectory
-from axisync_robot.collision import Check, CollisionModel, Near
+from axisync_robot.collision import RESOLUTION, Check, CollisionModel, Near
 from axisync_schemas.cell import Cell
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.plan_slots import Plan
@@ -76,14 +76,15 @@ class Guard:
             Refusal: COLLISION; INVALID_REQUEST for contacts that the cell file does not have.
         """
         motion = Sampled.of(trajectory, self._cell, self._axes)
+        found = Clearance()
         try:
-            found = self._among_itself(motion, contacts)
+            # First, since where those groups are now is on their paths, and the fix is another.
+            for other in others:
+                found = found.worst(self._beside(motion, contacts, other))
+            return found.worst(self._among_itself(motion, contacts))
         except ValueError as error:
             fault = {"path": "move.contacts", "message": str(error)}
             raise Refusal(ErrorCode.INVALID_REQUEST, str(error), errors=[fault]) from None
-        for other in others:
-            found = found.worst(self._beside(motion, contacts, other))
-        return found
 
     def _among_itself(self, motion: Sampled, contacts: Contacts) -> Clearance:
         fields: dict[str, Any] = {"group": self._group, "rest": self._rest, "contacts": contacts}
@@ -144,5 +145,5 @@ def _sentence(near: Near, margin: float, time: float, alone: bool, other: str | 
         return f"{pair} could touch if the drives had to stop by themselves at {time:.3f} s of the move"
     if near.distance <= 0.0:
         return f"{pair} touch at {time:.3f} s of the move"
-    distance = f"{1e3 * near.distance:.2f} mm"
-    return f"{pair} come within {distance} at {time:.3f} s of the move, at least {1e3 * margin:g} mm is kept"
+    distance, least = f"{1e3 * near.distance:.2f} mm", 1e3 * (margin + RESOLUTION)
+    return f"{pair} come within {distance} at {time:.3f} s of the move; nearer than {least:g} mm is refused"

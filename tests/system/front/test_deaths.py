@@ -110,14 +110,15 @@ def test_front_is_killed_in_mid_move_and_adopts_what_it_finds(own: Service) -> N
     client.session.close()
 
 
-def test_a_planner_that_hangs_is_killed_after_two_seconds(own: Service, refusal: type[Exception]) -> None:
+def test_a_planner_that_hangs_is_killed_after_five_seconds(own: Service, refusal: type[Exception]) -> None:
     client, lease = enabled(own)
+    wait(lambda: _moves(client, lease, refusal))
     planner = own.processes["planner_worker"]
     planner.send_signal(signal.SIGSTOP)
     before = time.monotonic()
     body = client.refused("move", group="kingkong", lease=lease, move={"target": STEP})
     assert body["code"] == "INTERNAL"
-    assert 1.5 < time.monotonic() - before < 6.0
+    assert 4.0 < time.monotonic() - before < 15.0
     assert planner.wait(5.0) == -signal.SIGKILL
     own.spawn("planner_worker")
     wait(lambda: _moves(client, lease, refusal))
@@ -173,7 +174,7 @@ def test_a_client_that_does_not_read_holds_up_nobody(own: Service) -> None:
             client.command("plan", group="kingkong", move={"target": STEP})
             worst = max(worst, time.monotonic() - before)
             time.sleep(0.02)
-        assert worst < 2.0, "Zenoh's own patience would be 5 s"
+        assert worst < 4.0, "Zenoh's own patience would be 5 s"
         client.session.close()
         own.control[Word.PHASE] = Phase.CLOSING
         before = time.monotonic()

@@ -86,3 +86,18 @@ def test_foreign_and_stale_answers_are_ignored() -> None:
     assert not client.idle
     client.receive(bytes.fromhex("4b18100178560000"))
     assert client.result == bytes.fromhex("7856")
+
+
+def test_answers_that_nobody_asked_for_change_nothing_and_are_counted() -> None:
+    client = SdoClient()
+    answer = bytes.fromhex("4318100178563412")
+    client.receive(answer)
+    client.upload(0x1018, 1)
+    client.receive(answer)  # the request is not on the bus yet
+    assert client.poll(0) is not None
+    client.receive(bytes.fromhex("4300100092010000"))
+    assert (client.idle, client.unasked) == (False, 3)
+    client.receive(answer)
+    assert (client.idle, client.unasked) == (True, 3)
+    client.receive(answer)
+    assert client.unasked == 4

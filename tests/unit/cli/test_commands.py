@@ -19,6 +19,10 @@ def test_state_for_people(run: Run) -> None:
     for word in ("kingkong", "wukong", "disabled", "-150.00", "6 operation enabled", "free", "late by 26"):
         assert word in shown.out
     assert "3 ticks skipped" in shown.out
+    assert "31 degC" in shown.out
+    assert "48.0 V" in shown.out
+    for nothing_to_say in ("homed", "safe torque off"):
+        assert nothing_to_say not in shown.out
 
 
 def test_state_for_programs(run: Run) -> None:

@@ -40,7 +40,7 @@ def test_everything_that_a_drive_must_know_is_written_and_read_back() -> None:
     ):  # fmt: skip
         assert value(server, index, sub) == expected, hex(index)
     assert value(server, 0x60C2, 2, signed=True) == -3
-    assert value(server, 0x607D, 1, signed=True) == -524288
+    assert value(server, 0x607D, 1, signed=True) == round(-210 / 360 * 2**20)
     for row in rows(CELL, CELL.axes[1]):
         assert (row.index, row.sub) in server.written
         absent = (row.index, row.sub) not in server.values

@@ -26,7 +26,9 @@ def test_limits_in_counts_are_positive_whatever_the_direction():
     forward, backward = specify(axis(), 0), specify(axis(direction=-1), 0)
     assert forward.deceleration == backward.deceleration == 262_144
     assert forward.rated_acceleration == 4 * 262_144
-    assert forward.limit_switches == backward.limit_switches == pytest.approx((-(2**19), 2**19))
+    low, high = (degrees / 360 * 2**20 for degrees in (-210, 180))
+    assert forward.limit_switches == pytest.approx((low, high))
+    assert backward.limit_switches == pytest.approx((-high, -low))
     assert forward.speed_limit == backward.speed_limit == pytest.approx(1.5 * 30 / 360 * 2**20)
     assert forward.enable_window == pytest.approx(2 / 360 * 2**20)
     assert forward.brake_release_ns == 60_000_000
