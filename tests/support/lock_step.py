@@ -141,7 +141,12 @@ def conduct(
     cycle = build(cell, memory, ports, commander, None, homed)
     happenings: list[Happening] = []
     said = cycle._reporter.events
-    cycle._reporter.events = lambda list_, *rest: (happenings.extend(list_), said(list_, *rest))[1]  # type: ignore[method-assign]
+
+    def heard(found: list[Happening], *rest: Any) -> Any:
+        happenings.extend(found)
+        return said(found, *rest)
+
+    cycle._reporter.events = heard  # type: ignore[method-assign]
 
     def phase() -> Phase:
         each_tick(cycle, memory.control[Word.CONTROLLER_TICK])
