@@ -142,11 +142,11 @@ def conduct(
     happenings: list[Happening] = []
     said = cycle._reporter.events
 
-    def heard(found: list[Happening], *rest: Any) -> Any:
-        happenings.extend(found)
-        return said(found, *rest)
+    def heard(happened: list[Happening], tick: int, now_ns: int) -> None:
+        happenings.extend(happened)
+        said(happened, tick, now_ns)
 
-    cycle._reporter.events = heard  # type: ignore[method-assign]
+    cycle._reporter.events = heard  # type: ignore[method-assign,assignment]
 
     def phase() -> Phase:
         each_tick(cycle, memory.control[Word.CONTROLLER_TICK])
