@@ -73,6 +73,10 @@ class PlanError(ValueError):
     """A slot that does not hold the whole plan it should."""
 
 
+class PlanTooLarge(PlanError):
+    """A plan that no slot can hold."""
+
+
 def offset(slot: int) -> int:
     """Where a slot begins in the region.
 
@@ -88,7 +92,7 @@ def write_plan(buffer: mmap.mmap | bytearray, slot: int, plan: Plan) -> None:
     """Writes a plan, header last.
 
     Raises:
-        PlanError: the plan is larger than a slot.
+        PlanTooLarge: the plan is larger than a slot.
     """
     body = b"".join(
         np.ascontiguousarray(part).tobytes()
@@ -96,7 +100,7 @@ def write_plan(buffer: mmap.mmap | bytearray, slot: int, plan: Plan) -> None:
                      plan.rate_limits, _as_words(plan.rate_codes))
     )  # fmt: skip
     if len(body) > MAX_BODY:
-        raise PlanError(f"a plan of {len(body)} bytes does not fit a slot of {MAX_BODY}")
+        raise PlanTooLarge(f"a plan of {len(body)} bytes does not fit a slot of {MAX_BODY}")
     segments, order, n = plan.coefficients.shape
     view = memoryview(buffer)
     at = offset(slot)

@@ -163,7 +163,7 @@ def concatenate(trajectories: list[Trajectory], dwells: list[float] | None = Non
     parts = [trajectories[0]]
     for rest, trajectory in zip(rests, trajectories[1:], strict=True):
         if rest > 0.0:
-            parts.append(_dwell(trajectory.start, rest))
+            parts.append(dwell(trajectory.start, rest))
         parts.append(trajectory)
     return _join(parts)
 
@@ -181,7 +181,8 @@ def _check_joints(trajectories: list[Trajectory]) -> None:
             )
 
 
-def _dwell(position: Array, duration: float) -> Trajectory:
+def dwell(position: Array, duration: float) -> Trajectory:
+    """Rest at `position` [n] for `duration` > 0 seconds."""
     coefficients = np.zeros((1, DERIVATIVES, position.size))
     coefficients[0, 0] = position
     return Trajectory(np.array([0.0, duration]), coefficients, position, position)

@@ -19,7 +19,7 @@ from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.internal import MAX_PACKET, PlanJob, PlanResult
 from axisync_schemas.memory import Control, Word
 from axisync_schemas.moves import JointMove, LinearMove, ToolPose
-from axisync_schemas.plan_slots import Plan, PlanError, read_plan, write_plan
+from axisync_schemas.plan_slots import Plan, PlanError, PlanTooLarge, read_plan, write_plan
 from axisync_service.planner.models import Models
 from axisync_service.planner.move_plan import plan_move
 from axisync_service.process import ProcessContext, start
@@ -40,7 +40,7 @@ def solve(models: Models, plans: mmap.mmap, job: PlanJob) -> PlanResult:
         return PlanResult(ref=job.ref, plan=planned.reply)
     except Refusal as refusal:
         return PlanResult(ref=job.ref, error=refusal.body())
-    except PlanError as error:
+    except PlanTooLarge as error:
         message = f"{error}: plan fewer steps at a time"
         return PlanResult(ref=job.ref, error=Refusal(ErrorCode.TOO_LARGE, message).body())
     except Exception as error:

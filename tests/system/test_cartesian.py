@@ -1,9 +1,5 @@
-"""Paths of the tool over a real daemon on simcan, judged from the log alone.
+"""Paths of the tool over a real daemon on simcan, judged from the log alone."""
 
-Forward kinematics is pinocchio's on the DH rows of the logged cell file, put together here: nothing of the planner.
-"""
-
-import itertools
 import math
 import time
 from collections.abc import Callable
@@ -11,27 +7,21 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
-import pinocchio
 import pytest
-from numpy.typing import NDArray
 
 from axisync_client import Client, ErrorCode, Lease, Move, Refused, deg, moves
 from axisync_client.moves import AnyMove
-from axisync_schemas.cell import Group, Pose
 from axisync_schemas.replies import MoveReply
 from support import logcheck
 from support.daemon import eod_text, patient, running
 from support.logread import Log, logs_in, read_log
+from support.tool_path import CORNERS, DOWN, off_corners, off_line, off_lines, placement, ticks_of, tool_of
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 
 ACROSS = deg(75, -10, 20, -55, 145, -35)
 """KingKong reaching over the body; WuKong cannot come past."""
 OVER = deg(-115, 40, -35, 65, 45, -20)
-DOWN = (0.0, 1.0, 0.0, 0.0)
-CORNERS = {"A": (-0.2719, 0.157, 0.3), "B": (-0.2719, 0.157, 0.1), "C": (-0.3484, 0.23, 0.3), "D": (-0.3484, 0.23, 0.1)}
-ORDER = "ABACDC"
 MOVE_S = 120.0
 
 
@@ -129,56 +119,13 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
         return Recorded(read_log(*logs_in(daemon.log_dir)), line.reply, change.reply, refused, admitted, wire)
 
 
-def placement(pose: Pose) -> Any:
-    roll, pitch, yaw = pose.rpy
-    return pinocchio.SE3(pinocchio.rpy.rpyToMatrix(roll, pitch, yaw), np.array(pose.position))
-
-
-def chain(group: Group) -> Any:
-    """A pinocchio model of the DH rows: Rz(theta) Tz(d) Tx(a) Rx(alpha) for each."""
-    model, at, parent = pinocchio.Model(), placement(group.base), 0
-    for axis in group.axes:
-        row = axis.dh
-        assert row is not None
-        parent = model.addJoint(parent, pinocchio.JointModelRZ(), at, axis.name)
-        turn = pinocchio.rpy.rpyToMatrix(row.alpha, 0.0, 0.0)
-        at = pinocchio.SE3(turn, np.array([row.a, 0.0, row.d]))
-        assert row.theta == 0.0
-    model.addFrame(pinocchio.Frame("tool", parent, at * placement(group.tool), pinocchio.FrameType.OP_FRAME))
-    return model
-
-
-def tool_of(log: Log, positions: Array) -> Array:
-    """[k, 4, 4] KingKong's tool in O at logged positions [k, axes]."""
-    model = chain(log.cell.groups[0])
-    data = model.createData()
-    found = []
-    for q in positions[:, :6]:
-        pinocchio.framesForwardKinematics(model, data, np.array(q))
-        found.append(data.oMf[model.getFrameId("tool")].homogeneous)
-    return np.array(found)
-
-
-def ticks_of(recorded: Recorded, reply: MoveReply) -> Any:
-    plan_id = int((reply.move_id or "")[2:])
-    ticks = recorded.log.ticks
-    return ticks[ticks["plan_id"][:, 0] == plan_id]
-
-
-def off_line(points: Array, begin: Array, end: Array) -> float:
-    along = (end - begin) / np.linalg.norm(end - begin)
-    offsets = points - begin
-    inside = np.clip(offsets @ along, 0.0, np.linalg.norm(end - begin))
-    return float(np.linalg.norm(offsets - inside[:, None] * along, axis=1).max())
-
-
 def test_the_log_keeps_every_promise(recorded: Recorded) -> None:
     """Velocity, acceleration and jerk by differences of logged positions, among others."""
     assert logcheck.problems(recorded.log) == []
 
 
 def test_the_line_is_straight(recorded: Recorded) -> None:
-    tool = tool_of(recorded.log, ticks_of(recorded, recorded.line)["position"])
+    tool = tool_of(recorded.log, ticks_of(recorded.log, recorded.line)["position"])
     base = placement(recorded.log.cell.groups[0].base).homogeneous
     begin, end = tool[0, :3, 3], tool[0, :3, 3] + base[:3, 2] * 0.05
     assert off_line(tool[:, :3, 3], begin, end) < 1e-5
@@ -187,27 +134,13 @@ def test_the_line_is_straight(recorded: Recorded) -> None:
 
 
 def test_the_tool_change_reaches_its_corners(recorded: Recorded) -> None:
-    rows = ticks_of(recorded, recorded.change)
-    tool = tool_of(recorded.log, rows["position"])
-    path_s = rows["path_s"][:, 0]
-    ends = [step.begins_s for step in recorded.change.steps[3:]] + [recorded.change.duration_s]
-    for name, end in zip(ORDER, ends, strict=True):
-        pose = tool[int(np.abs(path_s - end).argmin())]
-        assert np.linalg.norm(pose[:3, 3] - CORNERS[name]) < 1e-4
-        assert np.abs(pose[:3, :3] - np.diag([-1.0, 1.0, -1.0])).max() < 1e-3
+    distance, turn = off_corners(recorded.log, recorded.change)
+    assert distance < 1e-4
+    assert turn < 1e-3
 
 
 def test_the_tool_change_is_straight_between_them(recorded: Recorded) -> None:
-    rows = ticks_of(recorded, recorded.change)
-    tool = tool_of(recorded.log, rows["position"])[:, :3, 3]
-    path_s = rows["path_s"][:, 0]
-    lines = [step for step in recorded.change.steps if step.kind == "linear"]
-    names = [(a, b) for a, b in itertools.pairwise(ORDER) if a + b != "AC"]
-    assert len(lines) == len(names) == 4
-    for step, (begin, end) in zip(lines, names, strict=True):
-        points = tool[(path_s > step.begins_s) & (path_s < step.begins_s + step.duration_s)]
-        assert len(points) > 500
-        assert off_line(points, np.array(CORNERS[begin]), np.array(CORNERS[end])) < 1e-5
+    assert off_lines(recorded.log, recorded.change, samples=500) < 1e-5
 
 
 def test_two_arms_do_not_share_space_while_one_moves(recorded: Recorded) -> None:

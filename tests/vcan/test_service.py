@@ -1,9 +1,10 @@
-"""The paper's move on the kernel's CAN: the real service, emulated drives on vcan0 and vcan1, a client process.
+"""The paper's move and tool change on the kernel's CAN: the real service, emulated drives on vcan0 and vcan1, a client.
 
 At a slower period, since user-mode Linux has one CPU. Judged from frames and log, as on simcan.
 """
 
 import contextlib
+import json
 import math
 import re
 import shutil
@@ -19,16 +20,19 @@ import pytest
 from axisync_client import Client
 from axisync_emulator.faults.control import ask
 from axisync_schemas.cell import override
+from axisync_schemas.replies import MoveReply
+from axisync_service.demo import PROGRAMS
 from support import framecheck, logcheck
 from support.daemon import Daemon, eod_text, patient, running, wait_for
 from support.logread import Log, read_log
+from support.tool_path import off_corners, off_lines
 from vcan.slower_cell import slower
 
 pytestmark = [pytest.mark.vcan, pytest.mark.timeout(400)]
 
 P2 = (100, -90, -60, -120, 45, 45)
 PERIOD_MS = 40.0
-TICKS_LATE: dict[str, float | int] = {"missed_ticks_max": 25, "tpdo_missed_max": 25}
+TICKS_LATE: dict[str, float | int] = {"missed_ticks_max": 12, "tpdo_missed_max": 25}
 OVER_CURRENT = 0x2310
 STEP = (0.4, 0.0, 0.0, 0.0, 0.0, 0.0)
 """WuKong's, rad."""
@@ -94,7 +98,7 @@ def recorded(directory: Path) -> Iterator[list[Path]]:
 
 @pytest.fixture(scope="module")
 def played(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Played]:
-    """KingKong from P1 to P2; an error of WuKong's third drive in mid-move, reset, and a move again."""
+    """KingKong: P1 to P2, its tool change. WuKong: an error of its third drive in mid-move, reset, a move again."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("AXISYNC_MOTION_BACKEND", "python")  # nothing to compile, which takes a minute there
         yield play(tmp_path_factory.mktemp("vcan"))
@@ -106,6 +110,7 @@ def play(directory: Path) -> Played:
     with recorded(directory) as seen, running(directory, text, ("--control", str(directory))) as daemon:
         axisync(daemon, "enable", "all")
         axisync(daemon, "move", "kingkong", "--joint", ",".join(map(str, P2)) + "deg")
+        axisync(daemon, "run", str(PROGRAMS / "tool_change.toml"), "--speed", "50%")
         fail_in_mid_move(daemon, directory / "wukong.sock")
         axisync(daemon, "reset", "wukong")
         axisync(daemon, "enable", "wukong")
@@ -121,14 +126,14 @@ def test_it_ran_on_the_kernels_buses_and_ended_cleanly(played: Played) -> None:
 
 
 def test_the_plan_takes_the_papers_time(played: Played) -> None:
-    plan = next(iter(played.log.plans.values()))
+    plan, *_ = played.log.plans.values()
     # The drives start on whole counts, up to 3e-6 rad from P1.
     assert plan["reply"]["duration_s"] == pytest.approx(5.25, abs=1e-4)
 
 
 def test_the_log_keeps_every_promise(played: Played) -> None:
     assert logcheck.problems(played.log) == []
-    assert [logcheck.completed(played.log, move) for move in logcheck.moves(played.log)] == [True, False, True]
+    assert [logcheck.completed(played.log, move) for move in logcheck.moves(played.log)] == [True, True, False, True]
 
 
 def test_an_error_of_a_drive_stops_its_arm_and_reset_leads_on(played: Played) -> None:
@@ -160,8 +165,20 @@ def test_candump_saw_what_the_log_says(played: Played) -> None:
 
 
 def test_the_drives_arrived(played: Played) -> None:
+    first, second, *_ = played.log.plans
+    plan_id = played.log.ticks["plan_id"][:, 0]
     standing = np.flatnonzero(played.log.ticks["group_state"][:, 0] == 1)
-    last = played.log.ticks[standing[-1]]
+    begun, next_begun = np.flatnonzero(plan_id == first)[0], np.flatnonzero(plan_id == second)[0]
+    last = played.log.ticks[standing[(standing > begun) & (standing < next_begun)][-1]]
     target = np.array([math.radians(x) for x in P2])
     assert (last["position"][:6] == target).all()
     assert np.abs(last["position_actual"][:6] - target).max() < 2 * 2 * math.pi / 1048576
+
+
+def test_the_tool_changes_its_tool(played: Played) -> None:
+    _, plan, *_ = played.log.plans.values()
+    reply = MoveReply.model_validate_json(json.dumps(plan["reply"]))
+    distance, turn = off_corners(played.log, reply)
+    assert distance < 1e-4
+    assert turn < 1e-3
+    assert off_lines(played.log, reply, samples=25) < 1e-5

@@ -22,19 +22,20 @@ class CyclicPosition:
         self._specification = specification
         self._motor = motor
         self._approaching = False
-        self._step_max = self._approach_speed = self._approach_acceleration = 0.0
+        self._step_max = self._approach_speed = self._approach_acceleration = self._braking = 0.0
         self._range = (-_HALF, _HALF - 1)
         self.period_ns = 1
         self.restart()
 
     def configure(self, number: Callable[[int, int], int]) -> None:
-        """Takes over 0x60C2, 0x607D, 0x6080, 0x6081, 0x6083."""
+        """Takes over 0x60C2, 0x607D, 0x6080, 0x6081, 0x6083, 0x6085."""
         self.period_ns = max(1, round(number(0x60C2, 1) * 10.0 ** (9 + number(0x60C2, 2))))
         motor_speed = number(0x6080, 0) / 60.0 * self._specification.counts_per_turn
         speed = min(self._specification.speed_limit, motor_speed)
         self._step_max = speed * self.period_ns * 1e-9 + 0.5
         self._approach_speed = min(float(number(0x6081, 0)), speed)
         self._approach_acceleration = float(number(0x6083, 0))
+        self._braking = float(number(0x6085, 0))
         self._range = number(0x607D, 1), number(0x607D, 2)
 
     def restart(self) -> None:
@@ -67,7 +68,7 @@ class CyclicPosition:
         reached: float | None = target
         if self._approaching:
             reached = self._approach(start, target, demand.velocity_at(now))
-        elif abs(target - start - demand.velocity_at(now) * self.period_ns * 1e-9) > self._step_max:
+        elif abs(target - demand.at(now + self.period_ns)) > self._allowed(demand.overdue_ns(now)):
             reached = None
         if reached is None:
             return self.waiting
@@ -86,6 +87,12 @@ class CyclicPosition:
         step = period_s * min(self._approach_speed, abs(velocity) + acceleration * period_s, braking)
         self._approaching = abs(distance) > step
         return start + min(max(distance, -step), step)
+
+    def _allowed(self, overdue_ns: int) -> float:
+        """How far a target may be from the extrapolated demand: a step of one period at the highest speed, and what
+        the axis can have gained or lost by 0x6085 since the demand was last told where to go."""
+        overdue_s = overdue_ns * 1e-9
+        return self._step_max + 0.5 * self._braking * overdue_s * overdue_s
 
     def _unwrapped(self, near: int) -> int:
         """The target's turn of the INTEGER32 range that is nearest to `near`: positions wrap without a jump."""

@@ -86,6 +86,10 @@ class Demand:
             return self._cruise
         return self.velocity + self._acceleration * (now - self.since) * 1e-9
 
+    def overdue_ns(self, now: int) -> int:
+        """For how long it has gone on from the last target without another one."""
+        return max(0, now - self._reach) if self._reach != NEVER else 0
+
     def linear_until(self, start: int, end: int) -> int:
         """The last instant up to `end` before which the demand is linear from `start` on, or nearly."""
         if start >= self.until:

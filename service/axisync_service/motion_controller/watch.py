@@ -39,6 +39,7 @@ class Watch:
         self._frozen_at: list[float | None] = [None] * len(drives)
         """Demand when an actual position began to repeat itself, rad."""
         self._failures: dict[str, str] = {}
+        self._gap_before = False
 
     def observe(self, now_ns: int) -> None:
         """Actual positions, lost drives, emergencies, and the progress of bring-ups."""
@@ -91,7 +92,11 @@ class Watch:
             self._voice.say(EventKind.BRING_UP_FAILED, bring_up.failure, group.name, "error", axis=name)
 
     def supervise(self, motions: Motions, skipped: int) -> None:
-        """Fails the axes of enabled groups whose drives cannot be trusted any longer."""
+        """Fails the axes of enabled groups whose drives cannot be trusted any longer.
+
+        After skipped ticks the next two samples are no measure of that: a step over the gap shows at the tick after.
+        """
+        gap, self._gap_before = skipped > 0 or self._gap_before, skipped > 0
         error = self.demand_before - self.actual_position
         too_far = np.abs(error) > self._window
         for group in self._groups:
@@ -100,12 +105,12 @@ class Watch:
                 continue
             for axis, drive in enumerate(group.drives):
                 index = group.first + axis
-                if skipped:
+                if gap:
                     drive.jump = 0
                 why = drive.distrust()
                 if why is None and drive.same:
                     why = self._frozen(index, drive)
-                if why is None and too_far[index] and not (drive.missed or drive.adrift or skipped):
+                if why is None and too_far[index] and not (drive.missed or drive.adrift or gap):
                     why = f"following error {error[index]:.4f} rad is over {self._window[index]:.4f} rad"
                 if why is not None and axis not in group.quick_stop:
                     motions.fail_axis(group, axis, why)

@@ -14,9 +14,11 @@ from axisync_motion.trajectory import Trajectory
 from axisync_robot import paths
 from axisync_robot.inverse import Inverse, follow
 from axisync_robot.inverse_errors import PathRefused, Unreachable
+from axisync_robot.inverse_path import nearest_singularity
 from axisync_robot.inverse_pose import solve_pose
 from axisync_robot.paths import PathError, ToolPath
 from axisync_robot.poses import inverse_pose, vector_of_rotation
+from axisync_robot.ur_inverse import UrInverse
 from axisync_schemas.cell import Axis
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.moves import Circle, CircularMove, LinearMove, PathMove, ToolPose
@@ -39,8 +41,9 @@ JUMP_MAX = 0.01
 CELL_S = 0.01
 """Width of the cells over which the joints' velocities, accelerations and jerks are bounded."""
 CELLS_MAX = 4096
-CONFIRMATIONS = 5
-SLOWER = 1e-5
+"""However long the move is; wider cells bound less tightly."""
+CONFIRMATIONS, SLOWER = 5, 1e-5
+"""How often a feasible speed is tried before it is told, and by what share it is lowered each time."""
 SLACK = 1e-9
 """By which a stretched move stays below the limits: for rounding."""
 TWIST_SHARE, TWIST_LEAST = 1e-4, 1e-6
@@ -76,6 +79,10 @@ class _Route:
         _, jacobian = self.member.kinematics().jacobian(angles)
         twists = np.stack([self._twist(scalars, index) for index in range(scalars.size)], axis=-1)
         return np.linalg.lstsq(jacobian, twists, rcond=None)[0].astype(np.float64, copy=False)
+
+    def singularity(self, angles: Array) -> str:
+        """The one that these joints [n] are nearest to; an arm without a closed form has no names for them."""
+        return nearest_singularity(self.inverse, angles) if isinstance(self.inverse, UrInverse) else "arm"
 
     def _twist(self, scalars: Array, index: int) -> Array:
         """[6] how the tool moves and turns, in O, with one scalar: from the poses on either side, along the path."""
@@ -159,8 +166,8 @@ def _leg(models: Models, group: str, move: Cartesian, start: Array, speed_scale:
     axes = models.axes(group)
     trajectory = _fitted(routes, axes, profile, start)
     demand = _demand(trajectory, axes)
-    scale = _scale(demand, axes, routes, move, speed_scale)
-    _check_jumps(trajectory, axes, scale)
+    scale = _scale(demand, axes, routes, move, speed_scale, trajectory)
+    _check_jumps(trajectory, axes, routes, scale)
     leg = Leg(
         kind=move.kind,
         trajectory=trajectory,
@@ -241,7 +248,7 @@ def _scalars(routes: list[_Route], move: Cartesian) -> tuple[tuple[str, ...], Ar
     return tuple(names), np.concatenate([route.path.distances for route in routes]), np.array(limits)
 
 
-def _check_jumps(trajectory: Trajectory, axes: tuple[Axis, ...], scale: float) -> None:
+def _check_jumps(trajectory: Trajectory, axes: tuple[Axis, ...], routes: list[_Route], scale: float) -> None:
     """Where a path begins or ends at a singularity (a stretched elbow), joints set off with acceleration.
 
     Raises:
@@ -253,12 +260,23 @@ def _check_jumps(trajectory: Trajectory, axes: tuple[Axis, ...], scale: float) -
     jumps = np.abs(after - before) / scale**2 / np.array([axis.limits.acceleration for axis in axes])
     knot, axis = (int(i) for i in np.unravel_index(int(jumps.argmax()), jumps.shape))
     if jumps[knot, axis] > JUMP_MAX:
-        raise _jump(axes[axis].name, scale * float(knots[knot]))
+        where = _singularity(routes, axis, trajectory, float(knots[knot]))
+        raise _jump(axes[axis].name, scale * float(knots[knot]), where)
 
 
-def _jump(name: str, time: float) -> Refusal:
-    message = f"{name} would have to jump at {time:.3f} s of the move: the path passes a singularity"
-    return Refusal(ErrorCode.SINGULAR_PATH, message, axis=name, time_s=time, singularity="arm")
+def _route_of(axis: int, routes: list[_Route]) -> _Route:
+    return next(route for route in routes if axis in range(route.member.columns.stop)[route.member.columns])
+
+
+def _singularity(routes: list[_Route], axis: int, trajectory: Trajectory, time: float) -> str:
+    """The nearest one of the arm that the axis belongs to."""
+    route = _route_of(axis, routes)
+    return route.singularity(trajectory.sample(np.array([time]))[0][0][route.member.columns])
+
+
+def _jump(name: str, time: float, singularity: str) -> Refusal:
+    message = f"{name} would have to jump at {time:.3f} s of the move: the path passes a singularity ({singularity})"
+    return Refusal(ErrorCode.SINGULAR_PATH, message, axis=name, time_s=time, singularity=singularity)
 
 
 def _fitted(routes: list[_Route], axes: tuple[Axis, ...], profile: SyncProfile, start: Array) -> Trajectory:
@@ -283,7 +301,9 @@ def _fitted(routes: list[_Route], axes: tuple[Axis, ...], profile: SyncProfile, 
     try:
         return fit(joints, motion, slope, np.full(len(axes), POSITION_TOLERANCE), tolerance, start)
     except NotSmooth as error:
-        raise _jump(axes[error.axis].name, error.time) from None
+        route = _route_of(error.axis, routes)
+        at = joints(np.array([error.time]))[0][route.member.columns]
+        raise _jump(axes[error.axis].name, error.time, route.singularity(at)) from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -316,7 +336,10 @@ def _demand(trajectory: Trajectory, axes: tuple[Axis, ...]) -> _Demand:
     )
 
 
-def _scale(demand: _Demand, axes: tuple[Axis, ...], routes: list[_Route], move: Cartesian, speed_scale: float) -> float:
+def _scale(
+    demand: _Demand, axes: tuple[Axis, ...], routes: list[_Route], move: Cartesian, speed_scale: float,
+    trajectory: Trajectory,
+) -> float:  # fmt: skip
     """By how much the move is stretched.
 
     Raises:
@@ -329,11 +352,12 @@ def _scale(demand: _Demand, axes: tuple[Axis, ...], routes: list[_Route], move: 
     details = {"axis": name, "quantity": demand.quantity, "time_s": demand.time, "required": demand.required,
                "allowed": demand.allowed}  # fmt: skip
     if scale > bound:
+        where = _singularity(routes, demand.axis, trajectory, demand.time)
         message = (
             f"at {demand.time:.3f} s {name} would need {scale:.3g} times less speed (scale_max of the cell file is "
-            f"{bound:g}): the path passes too near a singularity, or its limits are far beyond this arm's"
+            f"{bound:g}): the path passes too near a singularity ({where}), or its limits are far beyond this arm's"
         )
-        raise Refusal(ErrorCode.SINGULAR_PATH, message, **details, scale=scale, scale_max=bound, singularity="arm")
+        raise Refusal(ErrorCode.SINGULAR_PATH, message, **details, scale=scale, scale_max=bound, singularity=where)
     if not move.retime:
         message = (
             f"{name}: {demand.quantity} at {demand.time:.3f} s would be {100 * demand.required / demand.allowed:.3g} % "

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisync_motion.rate_tables import rate_tables
-from axisync_motion.trajectory import Trajectory, concatenate
+from axisync_motion.trajectory import Trajectory, concatenate, dwell
 from axisync_schemas.cell import Axis
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.internal import PlanJob
@@ -76,14 +76,8 @@ def _leg(models: Models, group: str, step: Step, start: Array, speed_scale: floa
     if isinstance(step, JointMove):
         return joint_leg(models, group, step, start, speed_scale)
     if isinstance(step, Dwell):
-        return Leg(step.kind, _rest(start, step.duration_s), start)
+        return Leg(step.kind, dwell(start, step.duration_s), start)
     return cartesian_leg(models, group, step, start, speed_scale)
-
-
-def _rest(position: Array, duration: float) -> Trajectory:
-    coefficients = np.zeros((1, 4, position.size))
-    coefficients[0, 0] = position
-    return Trajectory(np.array([0.0, duration]), coefficients, position, position)
 
 
 def _check(models: Models, group: str, guard: Guard, leg: Leg, others: tuple[Plan, ...]) -> _Checked:

@@ -67,6 +67,20 @@ def test_a_jump_is_a_fault_at_once() -> None:
     assert bench.core.groups[0].quick_stop == {2}
 
 
+def test_a_step_over_skipped_ticks_is_no_jump() -> None:
+    bench = moving()
+    bench.run(150)  # at full speed
+    for drive in bench.drives:  # what is read now was sampled before the gap
+        drive.stuck = True
+    bench.run(1, skipped=5)
+    before = bench.drives[2].counts
+    for drive in bench.drives:
+        drive.stuck = False
+    bench.run(1)
+    assert bench.drives[2].counts - before > 1000
+    assert "drive_fault" not in bench.kinds()
+
+
 def test_nothing_is_suspected_at_standstill_and_after_enabling() -> None:
     bench = moving()
     bench.run(1500)

@@ -188,6 +188,7 @@ def test_the_wrist_shoulder_and_elbow_singularities_are_named() -> None:
     assert wrist.details["singularity"] == "wrist"
     assert shoulder.details["singularity"] == "shoulder"
     assert near.details["scale"] > near.details["scale_max"]
+    assert near.details["singularity"] == "wrist"
     for error in (wrist, shoulder, near):
         assert 0.0 < error.details["time_s"] < 5.0
 

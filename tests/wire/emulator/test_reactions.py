@@ -174,6 +174,21 @@ def test_fastest_plausible_motion_is_followed(enabled):
     assert bench.state() == 0x27
 
 
+@pytest.mark.parametrize(("beyond", "refused"), [(0, False), (300, True)])
+def test_after_a_gap_a_target_may_be_off_by_what_the_axis_can_have_braked(enabled, beyond: int, refused: bool):
+    bench, at = enabled
+    assert bench.write(0x2000, 0, 60, 1) == 0
+    last, gap = moving(bench, at, step=100), 40
+    for _ in range(gap):
+        bench.cycle()
+    braked = SLOWING * (gap * 0.002) ** 2 / 2
+    step_max = 1.5 * 30 / 360 * 2**20 * 0.002
+    target = last + 100 * (gap + 1) - int(braked + 0.9 * step_max) - beyond
+    for k in range(3):
+        bench.cycle(0x0F, target + 60 * k)
+    assert (bench.state() != 0x27) is refused
+
+
 def fault(bench, at: int) -> None:
     bench.cycle(0x0F, at + 100_000)
     bench.cycle(0x0F, at)
