@@ -55,6 +55,20 @@ class NmtState(IntEnum):
         return self.name.lower()
 
 
+class LateCause(IntEnum):
+    """Why a tick of the cycle was late; NONE: it was not."""
+
+    NONE = 0
+    SCHEDULER = 1
+    OWN_CODE = 2
+    BUS = 3
+
+    @property
+    def label(self) -> str:
+        """The name on the wire: lower case."""
+        return self.name.lower()
+
+
 class MoveStatus(StrEnum):
     """Where a move is in its life."""
 

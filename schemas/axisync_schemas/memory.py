@@ -141,7 +141,7 @@ def _checksum(sequence: int, payload: bytes) -> int:
 
 
 TIMING = struct.Struct("<QqIIIIII")
-"""One cycle: tick, lateness ns, then ns spent in read, decide, write, record, and skipped, reserved."""
+"""One cycle: tick, lateness ns, then ns spent in read, decide, write, record; skipped ticks before it, LateCause."""
 
 
 class TimingRing:
@@ -155,18 +155,20 @@ class TimingRing:
         """Bytes needed."""
         return TIMING_SLOTS * TIMING.size
 
-    def write(self, tick: int, lateness: int, read: int, decide: int, write: int, record: int, skipped: int) -> None:
-        """Stores one cycle's times, ns."""
+    def write(
+        self, tick: int, lateness: int, read: int, decide: int, write: int, record: int, skipped: int, cause: int = 0
+    ) -> None:
+        """Stores one cycle's times, ns, and why it was late (`LateCause`)."""
         offset = (tick % TIMING_SLOTS) * TIMING.size
-        TIMING.pack_into(self._view, offset, tick, lateness, read, decide, write, record, skipped, 0)
+        TIMING.pack_into(self._view, offset, tick, lateness, read, decide, write, record, skipped, cause)
 
     def read(self, first: int, last: int) -> list[tuple[int, ...]]:
-        """Ticks first <= tick < last, where still there: (tick, lateness, read, decide, write, record, skipped)."""
+        """Ticks first <= tick < last, where still there: (tick, lateness, read, decide, write, record, skipped, cause)."""
         rows = []
         for tick in range(max(first, last - TIMING_SLOTS), last):
             row = TIMING.unpack_from(self._view, (tick % TIMING_SLOTS) * TIMING.size)
             if row[0] == tick:
-                rows.append(row[:7])
+                rows.append(row)
         return rows
 
     def close(self) -> None:

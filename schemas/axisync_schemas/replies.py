@@ -161,7 +161,11 @@ class Percentiles(Strict):
 
 
 class CycleReport(Strict):
-    """How the loop keeps time, over the last second; also in `state`."""
+    """How the loop keeps time, over the last second; also in `state`.
+
+    Attributes:
+        skipped_ticks, late_ticks: of the last second; late_by: the late ones by cause (scheduler, own_code, bus).
+    """
 
     seq: int = 0
     period_s: float
@@ -171,6 +175,9 @@ class CycleReport(Strict):
     write_us: Percentiles
     skipped_ticks: int
     realtime: bool
+    record_us: Percentiles | None = None
+    late_ticks: int = 0
+    late_by: dict[str, int] = Field(default_factory=dict)
 
 
 class BusReport(Strict):

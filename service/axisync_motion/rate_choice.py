@@ -26,6 +26,8 @@ BEYOND = 0.01
 KNOTS_MAX = 8
 """In one tick; a bound of its cost."""
 LEFT = 1.0 - 2.0**-52
+STRICTLY = 1.0 - 1e-5
+"""Of the stop limits: the rest is for what lies between the moments of a tick that are looked at."""
 TOO_FAST, TOO_FAST_1_S = 1.05, 0.003
 """Above a table by this factor and 1/s, the rate changes faster than can be made good within the limits of moves."""
 
@@ -84,7 +86,8 @@ class Chooser:
             Table(codes, unit, trajectory.duration, steepest)
             for codes, unit, steepest in zip(tables.codes, UNIT[:, 0].tolist(), most, strict=True)
         )
-        a, j, a_stop, j_stop = tables.limits.tolist()
+        a, j = tables.limits[:2].tolist()
+        a_stop, j_stop = (STRICTLY * tables.limits[2:]).tolist()
         self._moves = a, j, most[1] ** 2
         self._stops = a_stop, j_stop, most[0] ** 2
 
@@ -102,16 +105,20 @@ class Chooser:
         """Given about what it will be."""
         if aim.slowing or aim.catching:
             allowed, _ = self._allowed(now, here, guess, self._stops)
-            return self._caught(now, allowed) if aim.catching else self._towards(now, aim, guess, allowed)
+            return self._caught(now, allowed, True) if aim.catching else self._towards(now, aim, guess, allowed)
         allowed, possible = self._allowed(now, here, guess, self._moves)
-        if not possible or self._too_fast(now):
-            return self._choose(now, here, aim._replace(catching=True, landing=0), guess)
-        return self._towards(now, aim, guess, allowed)
+        if possible and not self._too_fast(now):
+            return self._towards(now, aim, guess, allowed)
+        caught = self._caught(now, allowed)
+        if possible and caught.u * now.rate1 < 0.0 and now.rate < 1.0:
+            return caught
+        return self._choose(now, here, aim._replace(catching=True, landing=0), guess)
 
-    def _caught(self, now: State, allowed: Interval) -> Choice:
+    def _caught(self, now: State, allowed: Interval, relaxed: bool = False) -> Choice:
+        """Nearest to a rate that does not change: there all limits hold, wherever on the path."""
         needed = -now.rate1 / self._dt
         u = min(max(needed, allowed[0]), allowed[1])
-        return Choice(u, caught=u == needed, relaxed=True)
+        return Choice(u, caught=u == needed, relaxed=relaxed)
 
     def _too_fast(self, now: State) -> bool:
         """No table lets the rate change so: it would pass 1, or leave the limits further on."""

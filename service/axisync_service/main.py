@@ -24,6 +24,10 @@ from axisync_service.demo import (
     patient,
     program_for,
 )
+from axisync_service.doctor import report as doctor_report
+from axisync_service.doctor.facts import gather
+from axisync_service.doctor.findings import dangerous, findings
+from axisync_service.doctor.latency import Latency, LatencyError, measure
 from axisync_service.eds_import import import_section
 from axisync_service.motion_controller import realtime
 from axisync_service.process import LOG_LEVEL_VARIABLE
@@ -144,6 +148,34 @@ def check(cell_file: CellFile) -> None:
     for remark in remarks(cell):
         print(f"note: {remark}")
     raise typer.Exit(0 if print_buses(cell) else 1)
+
+
+@app.command()
+def doctor(
+    cell_file: Annotated[
+        Path | None, typer.Option("--cell", help="Also look at the CAN interfaces of this cell.")
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=0.0, max=3600.0, help="Of the latency test; 0: none.")] = 10.0,
+    as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+) -> None:
+    """Is this machine fit for the cycle? Says what to change; exit 1 if the cycle would be in danger."""
+    cell = _load(cell_file)[0] if cell_file is not None else None
+    facts = gather([bus.channel for bus in cell.buses if bus.interface == "socketcan"] if cell else ())
+    try:
+        latency = _latency(cell, seconds) if seconds else None
+    except LatencyError as error:
+        typer.echo(f"axisyncd: {error}", err=True)
+        raise typer.Exit(1) from None
+    found = findings(facts, latency)
+    print(doctor_report.as_json(facts, latency, found) if as_json else doctor_report.as_text(found))
+    raise typer.Exit(1 if dangerous(found) else 0)
+
+
+def _latency(cell: Cell | None, seconds: float) -> Latency:
+    if cell is None:
+        return measure(seconds)
+    worst_wire_s = max(budget(cell, bus).cyclic_s for bus in cell.buses)
+    return measure(seconds, cell.period_ns, round(worst_wire_s * 1e9), cell.missed_ticks_max)
 
 
 @app.command("import-eds")

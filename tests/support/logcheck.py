@@ -22,8 +22,8 @@ Mask = NDArray[np.bool_]
 EPSILON = float(np.finfo(np.float64).eps)
 ROUNDING = 4.0
 """Errors of a position in units of eps |q|: Horner's rule, and the path parameter as a sum of periods."""
-LOGGED = 1.0 + 1e-9
-"""Allowance for logged derivatives, which are evaluated and not measured."""
+LOGGED = 1.0 + 1e-7
+"""Allowance for logged derivatives, which are evaluated and not measured: a path clock finds its rate by iteration."""
 ARRIVED = 1e-12
 """Distance that counts as none when ticks of departure and arrival are compared: a millionth of a count, rad."""
 SESSION_S = 86400.0

@@ -8,7 +8,7 @@ from importlib import metadata
 
 from axisync_robot.arm import Arm
 from axisync_schemas.cell import Cell
-from axisync_schemas.enumerations import DriveState, NmtState
+from axisync_schemas.enumerations import DriveState, LateCause, NmtState
 from axisync_schemas.memory import Control, TimingRing, Word
 from axisync_schemas.replies import (
     BusReport,
@@ -166,6 +166,9 @@ def cycle_report(cell: Cell, control: Control, timings: TimingRing, seq: int) ->
         write_us=_percentiles(columns[4]),
         skipped_ticks=sum(columns[6]),
         realtime=control[Word.REALTIME] == 1,
+        record_us=_percentiles(columns[5]),
+        late_ticks=sum(cause != LateCause.NONE for cause in columns[7]),
+        late_by={cause.label: columns[7].count(cause) for cause in LateCause if cause is not LateCause.NONE},
     )
 
 

@@ -2,6 +2,7 @@
 
 import gc
 import logging
+import resource
 import time
 from collections.abc import Callable
 
@@ -20,6 +21,7 @@ from axisync_service.motion_controller.clock import GridClock, Tick
 from axisync_service.motion_controller.demand import Inputs
 from axisync_service.motion_controller.dispatch import dispatch_tables
 from axisync_service.motion_controller.groups import GroupMachine
+from axisync_service.motion_controller.lateness import Lateness, Spent
 from axisync_service.motion_controller.reporter import Commander, Reporter, TickWriter
 from axisync_service.motion_controller.skips import SkipReport
 from axisync_service.motion_controller.step import Core
@@ -30,6 +32,8 @@ SDO_FRAMES_IDLE = 4
 """SDO requests per bus and tick while no drive of the cell is enabled; one every second tick while any is: with its
 response that is the one SDO frame a tick that the bus budget has room for."""
 GARBAGE_PERIOD_S = 1.0
+OLD_GARBAGE_EVERY = 60
+"""Of so many collections one looks at everything: what survives one is not looked at by the others any more."""
 FAREWELL_ROUNDS = 3
 _log = logging.getLogger(__name__)
 
@@ -63,6 +67,7 @@ class Cycle:
         self._sdo_turn = [0] * len(ports)
         self._skipped_ticks = 0
         self._skips = SkipReport(self._garbage_ticks)
+        self._lateness = Lateness(cell.period_ns)
         self._bits_before = [0.0] * len(ports)
         self._loads = [0.0] * len(ports)
         self._off = [False] * len(ports)
@@ -91,9 +96,9 @@ class Cycle:
         """One executed tick, and the records of those skipped before it."""
         now = time.monotonic_ns
         counter = sync.FRAMES[sync.counter(tick.index)]
+        switches, began = _switches(), now()
         for port in self.ports:
             port.send(sync.SYNC_ID, counter)
-        began = now()
         for missed in range(tick.index - tick.skipped, tick.index):
             self._skip(missed, tick)
         self.core.begin_tick()
@@ -106,13 +111,17 @@ class Cycle:
         written = now()
         self._ticks.write(tick.index, tick.due_ns, tick.lateness_ns, False, self.core.current, self.core)
         self.control[Word.CONTROLLER_TICK] = tick.index
+        cause = self._lateness.judge(tick)
         self._report(tick)
+        recorded = now()
+        spent = Spent(read - began, decided - read, written - decided, recorded - written, _switches() != switches)
         self._timings.write(
-            tick.index, tick.lateness_ns, read - began, decided - read, written - decided, now() - written, tick.skipped
+            tick.index, tick.lateness_ns, spent.read, spent.decide, spent.write, spent.record, tick.skipped, cause
         )
         self.control[Word.CONTROLLER_NS] = time.monotonic_ns()
+        self._lateness.note(spent)
         if tick.index % self._garbage_ticks == 0 and self.core.still:
-            gc.collect(1)
+            gc.collect(2 if tick.index // self._garbage_ticks % OLD_GARBAGE_EVERY == 0 else 1)
 
     def _skip(self, index: int, tick: Tick) -> None:
         self.core.begin_tick()
@@ -196,6 +205,8 @@ class Cycle:
         self._skips.add(tick)
         if self._skips.due(tick.index):
             self._skips.say(core.voice)
+        if self._lateness.due(tick.index):
+            self._lateness.say(tick.index, core.voice)
         if core.voice.replies:
             for ref, error in core.voice.replies:
                 self._reporter.reply(ref, tick.index, error, core.voice.data.pop(ref, None))
@@ -239,3 +250,8 @@ class Cycle:
             tick = self.clock.wait()
             for port in self.ports:
                 port.send(sync.SYNC_ID, sync.FRAMES[sync.counter(tick.index)])
+
+
+def _switches() -> int:
+    """How often the processor was taken from this thread."""
+    return resource.getrusage(resource.RUSAGE_THREAD).ru_nivcsw

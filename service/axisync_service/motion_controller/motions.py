@@ -73,6 +73,13 @@ class Motions:
         text = f"{names}: override {100.0 * value:g} %"
         self._voice.say(EventKind.OVERRIDE_SET, text, names, value=value, plans=plans)
 
+    def watch_rate(self, motion: Motion, relaxed_before: int) -> None:
+        """Says the first time that a motion's rate could not be changed within the limits of moves."""
+        if relaxed_before == 0 < motion.relaxed_ticks:
+            text = f"move {motion.plan_id}: its rate changes within the stop limits"
+            details: dict[str, Any] = {"plan_id": motion.plan_id, "path_s": motion.path_s, "rate": motion.rate}
+            self._voice.say(EventKind.RATE_RELAXED, text, motion.group, **details)
+
     def rate_of(self, motion: Motion) -> float:
         """The lowest override of its members."""
         return min(self._groups[member].override for member in motion.members)
@@ -91,6 +98,7 @@ class Motions:
         severity: Severity = "error" if ending is Ending.FAILED else "info"
         text = f"move {motion.plan_id} of {motion.group} {status.value}" + (f": {reason}" if reason else "")
         details: dict[str, Any] = {"plan_id": motion.plan_id, "status": status.value, "reason": reason}
+        details["relaxed_ticks"] = motion.relaxed_ticks
         self._voice.say(EventKind.MOVE_ENDED, text, motion.group, severity, **details)
 
     def settle(self, motion: Motion) -> None:

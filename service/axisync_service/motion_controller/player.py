@@ -29,6 +29,7 @@ class Motion:
         members: indices of the elementary groups that move.
         axes: [n] indices of their axes, as in the plan.
         ending: SUCCEEDED until something slows it.
+        relaxed_ticks: ticks not on the way to rest in which the stop limits were kept only, not those of moves.
     """
 
     def __init__(self, plan: Plan, slot: int, group: str, members: tuple[int, ...], period_s: float) -> None:
@@ -36,6 +37,7 @@ class Motion:
         self.axes = plan.axes.astype(np.intp)
         self.ending = Ending.SUCCEEDED
         self.reason: str | None = None
+        self.relaxed_ticks = 0
         self._duration = plan.duration
         trajectory = Trajectory(plan.knots, plan.coefficients, plan.start, plan.end)
         self._clock = PathClock(trajectory, RateTables(plan.rate_codes, plan.rate_limits), period_s)
@@ -94,4 +96,5 @@ class Motion:
     def advance(self) -> tuple[Array, Array, Array, Array]:
         """One tick on: position, velocity, acceleration, jerk [n], in buffers that the next call may overwrite."""
         self._clock.advance()
+        self.relaxed_ticks += self._clock.relaxed and not self._clock.slowing
         return self._clock.motion()

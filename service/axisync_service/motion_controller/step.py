@@ -166,11 +166,14 @@ class Core:
         for motion in self.motions.all():
             if self.groups[motion.members[0]].state is GroupState.HELD:
                 continue
+            relaxed = motion.relaxed_ticks
             q, v, a, j = motion.advance()
+            self.motions.watch_rate(motion, relaxed)
             axes = motion.axes
             upcoming.position[axes], upcoming.velocity[axes] = q, v
             upcoming.acceleration[axes], upcoming.jerk[axes] = a, j
             if motion.at_rest:
+                upcoming.jerk[axes] = 0.0  # the last tick's is over
                 self.motions.settle(motion)
         for group in self.groups:
             if not group.following:  # With closed brakes, what the drives show is the target.

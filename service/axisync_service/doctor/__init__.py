@@ -1,0 +1,1 @@
+"""`axisyncd doctor`: is this machine fit for the cycle?"""
