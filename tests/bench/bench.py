@@ -10,6 +10,7 @@ import arms
 import drives
 import numpy as np
 import planner
+import recorder
 from daemon import Daemon
 from percentiles import Distribution
 from phases import Arms, Call, acquire
@@ -23,8 +24,8 @@ from axisync_client import Client
 from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
 
-BENCHES = ("planner", "arms", "drives", "lateness", "stages", "requests", "stops", "processes")
-SERVICE_FREE = frozenset({"planner", "arms", "drives"})
+BENCHES = ("planner", "arms", "drives", "recorder", "lateness", "stages", "requests", "stops", "processes")
+SERVICE_FREE = frozenset({"planner", "arms", "drives", "recorder"})
 """Benches of libraries alone, or in lock-step."""
 SWINGING = frozenset({"lateness", "stages", "processes"})
 """Benches that need the arms to move for a while."""
@@ -68,6 +69,8 @@ class Bench:
             arms.measure(self._report)
         if "drives" in self._wanted:
             drives.measure(self._report)
+        if "recorder" in self._wanted:
+            recorder.measure(self._report, self._seconds)
         if self._wanted <= SERVICE_FREE:
             return
         with Daemon(directory) as daemon:
