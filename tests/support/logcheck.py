@@ -22,8 +22,10 @@ Mask = NDArray[np.bool_]
 EPSILON = float(np.finfo(np.float64).eps)
 ROUNDING = 4.0
 """Errors of a position in units of eps |q|: Horner's rule, and the path parameter as a sum of periods."""
-LOGGED = 1.0 + 1e-9
-"""Allowance for logged derivatives, which are evaluated and not measured."""
+LOGGED = 1.0 + 1e-6
+"""Allowance for derivatives while the rate changes: the path clock keeps limits where it expects a tick to end."""
+BETWEEN = 1.0 + 1e-5
+"""The same for jerk between two ticks."""
 ARRIVED = 1e-12
 """Distance that counts as none when ticks of departure and arrival are compared: a millionth of a count, rad."""
 SESSION_S = 86400.0
@@ -93,7 +95,7 @@ def limit_problems(log: Log) -> list[str]:
             values = np.abs(np.diff(position, order)) / period**order
             bound = np.full(len(values), _bound(log, axis, name, stop=False))
             bound[_touches(slowing[span, group], order)] = _bound(log, axis, name, stop=True)
-            allowed = bound + 2.0**order * ROUNDING * EPSILON * _size(position) / period**order
+            allowed = LOGGED * bound + 2.0**order * ROUNDING * EPSILON * _size(position) / period**order
             found += _exceeded(log, span, axis, f"{name} by differences", values, allowed)
     return found
 
@@ -115,7 +117,7 @@ def derivative_problems(log: Log) -> list[str]:
         for lower, upper, error in (("position", "velocity", period**2 / 12), ("velocity", "acceleration", period / 4)):
             values, rates = ticks[lower][:, axis], ticks[upper][:, axis]
             gap = np.abs(np.diff(values) / period - (rates[1:] + rates[:-1]) / 2)
-            allowed = jerk * error + 2 * ROUNDING * EPSILON * _size(values) / period
+            allowed = BETWEEN * jerk * error + 2 * ROUNDING * EPSILON * _size(values) / period
             found += _exceeded(log, span, axis, f"logged {upper} against {lower}", gap, allowed)
     return found
 
@@ -191,8 +193,9 @@ def _slowing(log: Log) -> Mask:
     rate, plan = log.ticks["path_rate"], log.ticks["plan_id"]
     falling: Mask = np.zeros(rate.shape, dtype=bool)
     falling[1:] = (rate[1:] < rate[:-1]) & (plan[:-1] != 0) & (plan[1:] == plan[:-1])
-    stopping: Mask = log.ticks["group_state"] == GroupState.STOPPING
-    return falling | stopping
+    slowing: Mask = falling | (log.ticks["group_state"] == GroupState.STOPPING)
+    slowing[1:] |= slowing[:-1].copy()
+    return slowing
 
 
 def _size(position: Array) -> float:
