@@ -27,8 +27,8 @@ ROUNDING = 4.0
 _WIDE = 64
 LOGGED = 1.0 + 1e-6
 """Allowance for derivatives while the rate changes: the path clock keeps limits where it expects a tick to end."""
-BETWEEN = 1.0 + 1e-5
-"""The same for jerk between two ticks."""
+BETWEEN = 1.01
+"""The same for jerk in the middle of a tick, of which only the ends are watched."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,12 @@ from axisync_schemas.topics import LOG_EVENTS, LOG_JOINT_STATES, LOG_LINES, LOG_
 
 M = TypeVar("M", bound=BaseModel)
 
-MODELS: dict[str, type[BaseModel]] = {LOG_REQUESTS: RequestLog, LOG_PLANS: PlanLog, LOG_EVENTS: Event, LOG_LINES: LogLine}
+MODELS: dict[str, type[BaseModel]] = {
+    LOG_REQUESTS: RequestLog,
+    LOG_PLANS: PlanLog,
+    LOG_EVENTS: Event,
+    LOG_LINES: LogLine,
+}
 DERIVED = frozenset({LOG_JOINT_STATES})
 """Topics that say again what the ticks say."""
 
@@ -68,8 +73,8 @@ class Story:
             self.plan_times.setdefault(what.plan_id, message.log_time_ns)
             self.plans[what.plan_id] = what
         else:
-            lists = {Event: self.events, RequestLog: self.requests, LogLine: self.lines}
-            lists[type(what)].append(Told(message.log_time_ns, what))
+            into = {LOG_EVENTS: self.events, LOG_REQUESTS: self.requests}.get(message.topic, self.lines)
+            into.append(Told(message.log_time_ns, what))
 
     def sort(self) -> None:
         """By time; messages of several processes do not come quite in order."""

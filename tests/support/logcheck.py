@@ -24,8 +24,8 @@ ROUNDING = 4.0
 """Errors of a position in units of eps |q|: Horner's rule, and the path parameter as a sum of periods."""
 LOGGED = 1.0 + 1e-6
 """Allowance for derivatives while the rate changes: the path clock keeps limits where it expects a tick to end."""
-BETWEEN = 1.0 + 1e-5
-"""The same for jerk between two ticks."""
+BETWEEN = 1.01
+"""The same for jerk in the middle of a tick, of which only the ends are watched."""
 ARRIVED = 1e-12
 """Distance that counts as none when ticks of departure and arrival are compared: a millionth of a count, rad."""
 SESSION_S = 86400.0

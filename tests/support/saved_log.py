@@ -21,6 +21,8 @@ CLOCKS = ClockPair(monotonic_ns=MONOTONIC_NS, wall_ns=WALL_NS)
 STOP_TICK = 900
 DISTANCE = -1.0
 """Of the first axis, rad; this way the others stay within their hard limits."""
+Said = tuple[str, int, dict[str, Any]]
+"""Topic, tick, message."""
 Edit = Callable[[Records], Records | None]
 """Changes the ticks before they are written; may return others."""
 
@@ -71,7 +73,7 @@ def event(kind: str, tick: int, text: str = "", group: str | None = "kingkong", 
     }  # fmt: skip
 
 
-def story_of(one: Session, stop_tick: int | None, group: str, distance: float) -> list[tuple[str, int, dict[str, Any]]]:
+def story_of(one: Session, stop_tick: int | None, group: str, distance: float) -> list[Said]:
     """Topic, tick and message: what processes said of the session."""
     last = REST_TICKS + int((np.array(one.records, dtype=one.layout.dtype)["plan_id"] != 0).any(axis=1).sum())
     status = "succeeded" if stop_tick is None else "stopped"
@@ -79,7 +81,7 @@ def story_of(one: Session, stop_tick: int | None, group: str, distance: float) -
         "request_id": "r-1", "user": "ann", "verb": "move", "body": {"group": group},
         "received_s": at_tick(1) / 1e9, "answered_s": at_tick(2) / 1e9, "reply": {"move_id": "m-1"},
     }  # fmt: skip
-    told: list[tuple[str, int, dict[str, Any]]] = [
+    told: list[Said] = [
         ("/requests", 2, request),
         ("/plans", 2, plan_of(1, stop_tick, group, distance)),
         ("/events", REST_TICKS, event("move_started", REST_TICKS, group=group, plan_id=1)),
@@ -106,7 +108,7 @@ class Maker:
         group: str = "kingkong",
         distance: float = DISTANCE,
         cell_text: str | None = None,
-        more: list[tuple[str, int, dict[str, Any]]] | None = None,
+        more: list[Said] | None = None,
         story: bool = True,
         span: slice = slice(None),
         finish: bool = True,
@@ -116,21 +118,29 @@ class Maker:
         ticks = ticks_of(one)
         edited = edit(ticks) if edit is not None else None
         ticks = (ticks if edited is None else edited)[span]
-        log = LogFile(self._directory, cell(), cell_text or CELL.read_text(), CLOCKS)
-        told = sorted((story_of(one, stop_tick, group, distance) if story else []) + (more or []), key=lambda m: m[1])
-        for record in ticks:
-            while told and told[0][1] < record["tick"]:
-                self._tell(log, *told.pop(0))
-            log.add_tick(record.tobytes(), int(record["tick"]), int(record["cycle_start_ns"]))
-        for topic, tick, data in told:
-            self._tell(log, topic, tick, data)
-        if finish:
-            log.finish()
-        else:
-            log.flush()
-            log.abandon()
-        return log.path
+        told = (story_of(one, stop_tick, group, distance) if story else []) + (more or [])
+        return save(self._directory, ticks, told, cell_text, finish)
 
-    @staticmethod
-    def _tell(log: LogFile, topic: str, tick: int, data: dict[str, Any]) -> None:
-        log.add_json(topic, at_tick(tick), json.dumps(data).encode())
+
+def save(
+    directory: Path, ticks: Records, story: list[Said], cell_text: str | None = None, finish: bool = True
+) -> Path:  # fmt: skip
+    """A log of these ticks and messages."""
+    log = LogFile(directory, cell(), cell_text or CELL.read_text(), CLOCKS)
+    told = sorted(story, key=lambda said: said[1])
+    for record in ticks:
+        while told and told[0][1] < record["tick"]:
+            _tell(log, *told.pop(0))
+        log.add_tick(record.tobytes(), int(record["tick"]), int(record["cycle_start_ns"]))
+    for topic, tick, data in told:
+        _tell(log, topic, tick, data)
+    if finish:
+        log.finish()
+    else:
+        log.flush()
+        log.abandon()
+    return log.path
+
+
+def _tell(log: LogFile, topic: str, tick: int, data: dict[str, Any]) -> None:
+    log.add_json(topic, at_tick(tick), json.dumps(data).encode())
