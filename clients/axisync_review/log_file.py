@@ -1,5 +1,6 @@
 """One log file: what heads it, and its ticks and messages in the order in which they were written."""
 
+import fcntl
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -73,6 +74,16 @@ def begin_ns(path: Path) -> int:
                 except MALFORMED:
                     break
     return 0
+
+
+def being_written(path: Path) -> bool:
+    """A recorder holds a lock on the file that it writes."""
+    with path.open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except OSError:
+            return True
+    return False
 
 
 def row_type(layout: TickLayout) -> np.dtype[np.void]:

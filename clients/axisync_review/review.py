@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 
 from axisync_review.findings import Findings
 from axisync_review.incidents import incidents
+from axisync_review.log_file import being_written
 from axisync_review.models import (
     AxisReview,
     BusReview,
@@ -247,6 +248,7 @@ def _notes(found: Findings) -> Iterator[str]:
         yield f"{found.run.duplicates} ticks are in two files; each is counted once"
     for file in found.run.files:
         if file.damage is not None:
-            yield f"{file.path.name} was not closed: it is read up to byte {file.damage.offset:,} of {file.size:,}"
+            state = "is still being written" if being_written(file.path) else "was not closed"
+            yield f"{file.path.name} {state}: it is read up to byte {file.damage.offset:,} of {file.size:,}"
     for topic, count in found.story.unread.items():
         yield f"{count} messages of {topic} are of another schema version and were left out"
