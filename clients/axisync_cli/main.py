@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from axisync_cli import drive_commands, group_commands, move_commands, sentences, view_commands
+from axisync_cli import drive_commands, group_commands, move_commands, review_commands, sentences, view_commands
 from axisync_cli.options import hoist
 from axisync_cli.terminal import Terminal
 from axisync_client import AxisyncError, InvalidArgument
@@ -46,6 +46,7 @@ view_commands.add_to(app)
 group_commands.add_to(app)
 move_commands.add_to(app)
 drive_commands.add_to(app)
+review_commands.add_to(app)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -13,6 +13,7 @@ from pydantic_core import ErrorDetails
 
 from axisync_schemas.base import Name, Strict
 from axisync_schemas.cell_drive import DriveUnits, Homing, Monitor
+from axisync_schemas.cell_recorder import Recording
 from axisync_schemas.cell_text import FileMissing, with_defaults, with_files, with_texts
 from axisync_schemas.cell_units import Degrees, Kilobits, Milliseconds, Percent, Positive, PositiveDegrees
 from axisync_schemas.urdf import Urdf
@@ -260,6 +261,7 @@ class Cell(Strict):
     groups: tuple[Group, ...] = Field(min_length=1, max_length=16)
     compounds: tuple[Compound, ...] = ()
     geometry: Geometry = Geometry()
+    recorder: Recording = Recording()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

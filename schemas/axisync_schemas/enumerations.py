@@ -69,6 +69,19 @@ class LateCause(IntEnum):
         return self.name.lower()
 
 
+class RecorderState(IntEnum):
+    """`memory.Word.RECORDER_STATE`."""
+
+    NOT_STARTED = 0
+    WRITING = 1
+    FAILING = 2
+
+    @property
+    def label(self) -> str:
+        """The name in `state`: lower case, in words."""
+        return self.name.lower().replace("_", " ")
+
+
 class MoveStatus(StrEnum):
     """Where a move is in its life."""
 

@@ -8,7 +8,7 @@ from axisync_schemas.base import Strict
 from axisync_schemas.cell import Cell
 from axisync_schemas.commands import DriveRequest, GroupRequest, LeaseRequest, MoveRequest, StopRequest
 from axisync_schemas.errors import ErrorBody
-from axisync_schemas.log_models import PlanLog, RequestLog
+from axisync_schemas.log_models import LogLine, PlanLog, RequestLog
 from axisync_schemas.replies import (
     CycleReport,
     DriveReply,
@@ -24,7 +24,7 @@ from axisync_schemas.replies import (
 DIRECTORY = Path(__file__).parent / "json"
 MODELS: tuple[type[Strict], ...] = (
     Cell, LeaseRequest, GroupRequest, StopRequest, MoveRequest, DriveRequest, ErrorBody, LeaseReply, GroupReply,
-    MoveReply, DriveReply, MoveReport, State, Info, CycleReport, Event, RequestLog, PlanLog,
+    MoveReply, DriveReply, MoveReport, State, Info, CycleReport, Event, RequestLog, PlanLog, LogLine,
 )  # fmt: skip
 
 

@@ -202,3 +202,15 @@ class ControllerStatus(Strict):
     skipped_ticks: int
     homed_changes: int = 0
     """`Word.HOMED_CHANGES` when this was written."""
+
+
+class RecorderStatus(Strict):
+    """What the recorder writes into the `recorder` mailbox with each event of its own.
+
+    Attributes:
+        file: name of the log file being written; None while there is none.
+        events: the newest, oldest first. Front publishes what it has not seen yet.
+    """
+
+    file: str | None
+    events: tuple[Event, ...]

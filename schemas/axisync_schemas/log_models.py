@@ -1,5 +1,6 @@
-"""JSON messages of the log's `/requests` and `/plans`; `/events` holds `replies.Event`. SI units."""
+"""JSON messages of the log's `/requests`, `/plans` and `/log`; `/events` holds `replies.Event`. SI units."""
 
+from enum import IntEnum
 from typing import Any
 
 from pydantic import Field
@@ -65,3 +66,37 @@ class PlanLog(Strict):
     rate_shape: tuple[int, int] = (0, 0)
     rate_limits: tuple[tuple[float, ...], ...] = ()
     missing: str | None = None
+
+
+class LogLevel(IntEnum):
+    """foxglove.LogLevel."""
+
+    UNKNOWN = 0
+    DEBUG = 1
+    INFO = 2
+    WARNING = 3
+    ERROR = 4
+    FATAL = 5
+
+
+class WallTime(Strict):
+    """Wall time as Foxglove writes it in JSON."""
+
+    sec: int = Field(ge=0)
+    nsec: int = Field(ge=0, lt=1_000_000_000)
+
+
+class LogLine(Strict):
+    """A warning or an error of a process: foxglove.Log (https://docs.foxglove.dev/docs/sdk/schemas/log).
+
+    Attributes:
+        name: the process.
+        file, line: where in its code, or "" and 0 for a line made from an event.
+    """
+
+    timestamp: WallTime
+    level: LogLevel
+    message: str
+    name: str
+    file: str
+    line: int = Field(ge=0)

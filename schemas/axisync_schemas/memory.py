@@ -17,9 +17,10 @@ RING_SECONDS = 10.0
 PLAN_SLOTS = 32
 PLAN_SLOT_BYTES = 4 * 1024 * 1024
 STATUS_BYTES = 64 * 1024
+RECORDER_BYTES = 32 * 1024
 TIMING_SLOTS = 4096
 
-REGIONS = ("control", "ticks", "timings", "status", "plans")
+REGIONS = ("control", "ticks", "timings", "status", "recorder", "plans")
 """Names of the memfds, in the order in which they are passed."""
 
 
@@ -36,6 +37,7 @@ def region_sizes(period_s: float, axes: int, groups: int) -> dict[str, int]:
         "ticks": slots_for(period_s) * tick_bytes,
         "timings": TimingRing.size(),
         "status": STATUS_BYTES,
+        "recorder": RECORDER_BYTES,
         "plans": PLAN_SLOTS * PLAN_SLOT_BYTES,
     }
 
@@ -52,7 +54,7 @@ class Word(IntEnum):
     RECORDER_NS = 6  # recorder
     RECORDER_CURSOR = 7  # recorder: every tick below it has reached the kernel
     RECORDER_LOST = 8  # recorder: ticks that the ring no longer held
-    RECORDER_STATE = 9  # recorder: 0 not started, 1 writing, 2 failing
+    RECORDER_STATE = 9  # recorder: enumerations.RecorderState
     REALTIME = 10  # controller: 1 when it runs under SCHED_FIFO with locked memory
     PLANNER_NS = 11  # planner
     FRONT_READY = 12  # front: 1 while it sees a running controller, so that commands can be carried out

@@ -35,3 +35,8 @@ LOG_SETPOINTS = "/setpoints"
 LOG_REQUESTS = "/requests"
 LOG_PLANS = "/plans"
 LOG_EVENTS = "/events"
+LOG_JOINT_STATES = "/joint_states"
+"""foxglove.JointStates, for 3D viewers; made from every so manieth tick."""
+LOG_LINES = "/log"
+"""foxglove.Log: warnings and errors of all processes."""
+JOINT_STATES_HZ = 50.0

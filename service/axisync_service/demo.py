@@ -5,12 +5,15 @@ import math
 import os
 import subprocess
 import sys
+import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from axisync_schemas.cell import Cell, override
+from axisync_schemas.memory import Control, Word
+from axisync_service.recorder.retention import log_files
 
 EMULATOR_PRIORITY = 60
 PATIENT: dict[str, float | int] = {
@@ -24,6 +27,8 @@ LATE_TICKS_MAX = 10
 """With real-time priority the controller itself is hardly ever late; the drives may be late all the same."""
 PROGRAMS = Path(__file__).parent / "programs"
 SLOW = ("--speed", "50%")
+REVIEW_WAIT_S = 10.0
+"""Ticks reach the kernel within a second, unless the disk is full."""
 
 
 def patient(text: str, realtime: bool) -> str:
@@ -129,12 +134,21 @@ class Emulators:
         self.processes.clear()
 
 
+Words = tuple[str, ...]
+"""A command line of `axisync`, without its first word."""
+Last = Callable[[], Words | None]
+
+
 class Program:
     """Plays commands of the `axisync` command line one after the other, each a process of its own."""
 
-    def __init__(self, endpoint: str, commands: tuple[tuple[str, ...], ...]) -> None:
+    def __init__(self, endpoint: str, commands: tuple[Words, ...], last: Last = lambda: ()) -> None:
+        """`last` is asked until it gives one more command, or (): how that one ends does not matter."""
         self._endpoint = endpoint
-        self._commands: Iterator[tuple[str, ...]] = iter(commands)
+        self._commands: Iterator[Words] = iter(commands)
+        self._last = last
+        self._at_last = False
+        self._command: Words = ()
         self._process: subprocess.Popen[bytes] | None = None
         self.begun = self.done = False
         self.failed: str | None = None
@@ -151,12 +165,21 @@ class Program:
             code = self._process.poll()
             if code is None:
                 return False
-            if code != 0:
-                self.failed = f"the command above ended with exit code {code}"
+            if self._at_last:
                 return self._finish()
+            if code != 0:
+                self.failed = f"axisync {' '.join(self._command)} ended with exit code {code}"
+                self._commands = iter(())
+        self._process = None
         command = next(self._commands, None)
         if command is None:
-            return self._finish()
+            command = self._last()
+            if command is None:
+                return False
+            if not command:
+                return self._finish()
+            self._at_last = True
+        self._command = command
         print(f"$ axisync {' '.join(command)}", flush=True)
         environment = {**os.environ, "AXISYNC_ENDPOINT": self._endpoint}
         self._process = subprocess.Popen(
@@ -175,6 +198,26 @@ class Program:
                 self._process.wait(5.0)
             self._process.kill()
             self._process.wait()
+
+
+class ReviewOfRun:
+    """The command that reviews what the demo has logged, once all of it has reached the kernel."""
+
+    def __init__(self, control: Control, log_dir: Path, cell: Cell) -> None:
+        self._control, self._directory, self._cell = control, log_dir, cell
+        self._before = {kept.path for kept in log_files(log_dir, cell.name)}
+        self._until: tuple[int, float] | None = None
+
+    def __call__(self) -> Words | None:
+        """None: not yet; (): there is nothing to review."""
+        if self._until is None:
+            self._until = self._control[Word.CONTROLLER_TICK], time.monotonic() + REVIEW_WAIT_S
+        tick, latest = self._until
+        if self._control[Word.RECORDER_CURSOR] <= tick and time.monotonic() < latest:
+            return None
+        found = [kept.path for kept in log_files(self._directory, self._cell.name) if not kept.name.fault]
+        files = [shown(path) for path in found if path not in self._before]
+        return ("review", *files) if files else ()
 
 
 def next_steps(cell: Cell, endpoint: str, log_dir: Path) -> str:

@@ -37,6 +37,7 @@ from axisync_service.hmi.stop import StopHandler
 from axisync_service.links.effects import Effects
 from axisync_service.links.held import Held
 from axisync_service.links.log_sink import LogSink
+from axisync_service.links.recorder_watch import RecorderWatch
 from axisync_service.links.seqpacket import Link
 from axisync_service.links.timers import Timers
 from axisync_service.links.world_reader import WorldReader
@@ -87,6 +88,8 @@ class Front:
             control, plans, self._controller, self._planner, self._sink, self._publish_event, context.parent
         )
         self._effects = effects
+        mailbox = Mailbox(context.regions["recorder"].map(writable=False))
+        self._recorder = RecorderWatch(control, mailbox, self._publish_event, effects.notice, time.monotonic_ns())
         stop_reader, _ = self._make_reader()
         stop = StopHandler(cell, control, lambda: stop_reader.read(time.monotonic_ns(), Phase.RUNNING, 0))
         epochs = tuple(control.group(i, GroupWord.LEASE_EPOCH) for i in range(len(cell.groups)))
@@ -243,6 +246,7 @@ class Front:
         self._context.control[Word.FRONT_NS] = now_ns
         self._controller.on_time(now_ns)
         self._planner.on_time(now_ns)
+        self._recorder.look(now_ns)
         world = self._look()
         self._context.control[Word.FRONT_READY] = int(world.up)
         self.actioner.on_time(world)

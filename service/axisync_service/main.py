@@ -19,6 +19,7 @@ from axisync_service.demo import (
     Emulators,
     Extras,
     Program,
+    ReviewOfRun,
     kernel_has,
     next_steps,
     patient,
@@ -105,7 +106,7 @@ def _demo(
     cell: Cell, text: str, cell_file: Path, log_dir: Path, listen: str, simcan: str, play: bool, extras: Extras
 ) -> int:
     supervisor = _supervisor(cell, text, log_dir, listen, simcan)
-    emulators, program = Emulators(), Program(listen, program_for(cell))
+    emulators, program = Emulators(), Program(listen, program_for(cell), ReviewOfRun(supervisor.control, log_dir, cell))
 
     def on_ready(missing: list[str]) -> None:
         _say_ready(missing)

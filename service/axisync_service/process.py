@@ -13,10 +13,13 @@ from pathlib import Path
 from axisync_schemas.cell import Cell, read_cell
 from axisync_schemas.enumerations import Phase
 from axisync_schemas.memory import Control, Region, Word, inherited
+from axisync_service.log_lines import LineSender
 
 LOG_LEVEL_VARIABLE = "AXISYNC_LOG_LEVEL"
 EXIT_CONFIGURATION = 3
 """Exit code of a child for which starting again would not help: the supervisor gives up."""
+NO_LINES = frozenset({"controller"})
+"""Processes whose log lines stay on stderr: the cycle sends nothing but its events, which become lines in the log."""
 _PR_SET_PDEATHSIG = 1
 _terminated = False
 
@@ -63,6 +66,8 @@ def start(name: str, arguments: Sequence[str] | None = None) -> ProcessContext:
         cell = cell.on_simcan(options.simcan)
     descriptors = {key: int(fd) for key, fd in (item.split(":") for item in options.fds.split(","))}
     regions = inherited(descriptors)
+    if "log" in descriptors and name not in NO_LINES:
+        logging.getLogger().addHandler(LineSender(name, descriptors["log"]))
     return ProcessContext(
         cell=cell,
         cell_text=text,
@@ -105,11 +110,15 @@ def _terminate(_signal: int, _frame: object) -> None:
 
 
 def set_up_logging(name: str) -> None:
-    """One line an event on stderr: time, level, process, then the message's key=value pairs."""
-    level = os.environ.get(LOG_LEVEL_VARIABLE, "INFO").upper()
-    logging.basicConfig(
-        stream=sys.stderr,
-        level=level,
-        format=f"%(asctime)s.%(msecs)03d %(levelname)s {name} %(message)s",
-        datefmt="%H:%M:%S",
+    """One line an event on stderr: time, level, process, then the message's key=value pairs.
+
+    Warnings pass the root logger whatever stderr shows, since the log's `/log` wants them.
+    """
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setLevel(os.environ.get(LOG_LEVEL_VARIABLE, "INFO").upper())
+    handler.setFormatter(
+        logging.Formatter(f"%(asctime)s.%(msecs)03d %(levelname)s {name} %(message)s", datefmt="%H:%M:%S")
     )
+    root = logging.getLogger()
+    root.addHandler(handler)
+    root.setLevel(min(handler.level, logging.WARNING))

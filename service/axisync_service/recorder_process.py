@@ -8,12 +8,13 @@ import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 
-from axisync_schemas.enumerations import Phase
-from axisync_schemas.memory import Word
+from axisync_schemas.enumerations import Phase, RecorderState
+from axisync_schemas.memory import Mailbox, Word
 from axisync_schemas.tick_ring import TickRing, slots_for
 from axisync_schemas.ticks import TickLayout
+from axisync_service.log_lines import LineHandler
 from axisync_service.process import ProcessContext, start
-from axisync_service.recorder.recorder import Recorder, RecorderState
+from axisync_service.recorder.recorder import Recorder, SharedMemory
 
 STEP_S = 0.02
 PATIENCE_S = 5.0
@@ -30,6 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with ExitStack() as stack:
         sockets = [stack.enter_context(one) for one in log_sockets(context)]
         recorder = make_recorder(context, sockets)
+        logging.getLogger().addHandler(LineHandler("recorder", recorder.add_line))
         if not begin(context, recorder):
             return 1
         ending = Ending(context)
@@ -50,7 +52,8 @@ def make_recorder(context: ProcessContext, sockets: Sequence[socket.socket]) -> 
     layout = TickLayout(len(cell.axes), len(cell.groups))
     ring = TickRing(context.regions["ticks"].map(writable=False), layout, slots_for(cell.period))
     plans = context.regions["plans"].map(writable=False)
-    return Recorder(cell, context.cell_text, context.log_dir, context.control, ring, plans, sockets)
+    memory = SharedMemory(context.control, ring, plans, Mailbox(context.regions["recorder"].map()))
+    return Recorder(cell, context.cell_text, context.log_dir, memory, sockets)
 
 
 def begin(context: ProcessContext, recorder: Recorder) -> bool:
@@ -63,7 +66,7 @@ def begin(context: ProcessContext, recorder: Recorder) -> bool:
             print(f"axisyncd: cannot write a log into {context.log_dir}: {error.strerror}", file=sys.stderr)
             return False
         log.warning("kind=log_failed directory=%s error=%r", context.log_dir, error.strerror)
-        context.control[Word.RECORDER_STATE] = RecorderState.FAILING
+        recorder.failing(error)
     return True
 
 

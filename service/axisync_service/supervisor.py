@@ -23,7 +23,8 @@ from axisync_service.daemon.children import MODULES, Child, Restarts, describe_e
 from axisync_service.daemon.homed import HomedFile
 from axisync_service.daemon.locks import Locks
 from axisync_service.daemon.surroundings import make_surroundings
-from axisync_service.process import EXIT_CONFIGURATION
+from axisync_service.log_lines import LineSender
+from axisync_service.process import EXIT_CONFIGURATION, set_up_logging
 
 POLL_S = 0.05
 STOP_S = 5.0
@@ -70,6 +71,8 @@ class Supervisor:
 
     def run(self) -> int:
         """Runs until SIGINT or SIGTERM, or until it cannot go on; the exit code."""
+        set_up_logging("supervisor")
+        logging.getLogger().addHandler(LineSender("supervisor", self._here.log["supervisor"][0].fileno()))
         wake = self._catch_signals()
         try:
             for child in self.children.values():

@@ -3,7 +3,7 @@
 Starts the demo without its dashboard and, as a client, swings both arms, starts moves and stops moves. Lateness and
 setpoints are read from the log, times by stage from the controller's shared memory. The planner is measured without a
 service, beside the Ruckig library, and so are poses, paths and moves of arms, beside TOPP-RA and coal. Drives are
-measured in lock-step, in the bus's own time.
+measured in lock-step, in the bus's own time, the recorder on ticks that the bench itself makes.
 """
 
 import argparse

@@ -1,6 +1,7 @@
 """One run: the service under a client's moves, a reference loop beside it, and what log and shared memory say of it."""
 
 import os
+import tempfile
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,6 +11,8 @@ import arms
 import drives
 import numpy as np
 import planner
+import recorder
+import review
 from daemon import Daemon
 from percentiles import Distribution
 from phases import Arms, Call, acquire
@@ -23,8 +26,8 @@ from axisync_client import Client
 from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
 
-BENCHES = ("planner", "arms", "drives", "lateness", "stages", "requests", "stops", "processes")
-SERVICE_FREE = frozenset({"planner", "arms", "drives"})
+BENCHES = ("planner", "arms", "drives", "recorder", "review", "lateness", "stages", "requests", "stops", "processes")
+SERVICE_FREE = frozenset({"planner", "arms", "drives", "recorder", "review"})
 """Benches of libraries alone, or in lock-step."""
 SWINGING = frozenset({"lateness", "stages", "processes"})
 """Benches that need the arms to move for a while."""
@@ -68,6 +71,11 @@ class Bench:
             arms.measure(self._report)
         if "drives" in self._wanted:
             drives.measure(self._report)
+        if "recorder" in self._wanted:
+            recorder.measure(self._report, self._seconds)
+        if "review" in self._wanted:
+            with tempfile.TemporaryDirectory(prefix="axisync-bench-") as scratch:
+                review.measure(self._report, Path(scratch))
         if self._wanted <= SERVICE_FREE:
             return
         with Daemon(directory) as daemon:

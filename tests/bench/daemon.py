@@ -117,7 +117,7 @@ class Daemon:
         Raises:
             DaemonError: there is not exactly one.
         """
-        files = sorted(self.directory.rglob("*.mcap"))
+        files = sorted(self.directory.glob("*.mcap"))
         if len(files) != 1:
             raise self.error(f"{self.directory} holds {len(files)} logs: {', '.join(f.name for f in files)}")
         return files[0]

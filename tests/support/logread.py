@@ -17,10 +17,12 @@ from mcap.stream_reader import StreamReader
 
 from axisync_schemas.cell import Cell, parse_cell
 from axisync_schemas.ticks import Records, TickLayout
-from axisync_schemas.topics import LOG_EVENTS, LOG_PLANS, LOG_REQUESTS, LOG_SETPOINTS
+from axisync_schemas.topics import LOG_EVENTS, LOG_LINES, LOG_PLANS, LOG_REQUESTS, LOG_SETPOINTS
 
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _OVERHEAD = 2 + 4 + 8 + 8
+OTHER = ""
+"""Stands for topics in an encoding that is not read here."""
 
 
 class LogError(AssertionError):
@@ -43,7 +45,7 @@ class Log:
         ticks: structured records of `layout`, by tick, each once; a tick written twice must be the same twice.
         log_times_ns: [len(ticks)] wall times as the messages carry them.
         duplicates: ticks that came more than once (the recorder was killed between a chunk and its cursor).
-        events, requests: in the order of the files; plans: by plan_id.
+        events, requests, lines: in the order of the files; plans: by plan_id.
         complete: each file has its end.
     """
 
@@ -58,6 +60,7 @@ class Log:
     metadata: dict[str, dict[str, str]]
     attachments: dict[str, bytes]
     complete: bool
+    lines: list[JsonMessage] = field(default_factory=list)
 
     def kinds(self) -> list[str]:
         """Kinds of the events, in order."""
@@ -108,6 +111,7 @@ def read_log(*paths: Path) -> Log:
         metadata=reading.metadata,
         attachments=reading.attachments,
         complete=reading.complete,
+        lines=reading.topics.get(LOG_LINES, []),
     )
 
 
@@ -166,8 +170,8 @@ def _chunk(chunk: Chunk, channels: dict[int, str], reading: _Reading) -> None:
     while at < len(data):
         opcode, length = data[at], int.from_bytes(data[at + 1 : at + 9], "little")
         if opcode == Opcode.CHANNEL:
-            identifier, topic = _channel(data[at + 9 : at + 9 + length])
-            channels[identifier] = topic
+            identifier, topic, encoding = _channel(data[at + 9 : at + 9 + length])
+            channels[identifier] = topic if encoding == "json" or topic == LOG_SETPOINTS else OTHER
         elif opcode == Opcode.MESSAGE:
             _, _, channel, _, log_time, _ = _MESSAGE.unpack_from(data, at)
             begin, end = at + _MESSAGE.size, at + 9 + length
@@ -176,7 +180,7 @@ def _chunk(chunk: Chunk, channels: dict[int, str], reading: _Reading) -> None:
                     raise LogError(f"a tick of {end - begin} bytes")
                 offsets.append(begin)
                 times.append(log_time)
-            else:
+            elif channels[channel] != OTHER:
                 message = JsonMessage(log_time, json.loads(data[begin:end]))
                 reading.topics.setdefault(channels[channel], []).append(message)
         at += 9 + length
@@ -185,9 +189,10 @@ def _chunk(chunk: Chunk, channels: dict[int, str], reading: _Reading) -> None:
         reading.times.append(np.array(times, np.uint64))
 
 
-def _channel(body: bytes) -> tuple[int, str]:
+def _channel(body: bytes) -> tuple[int, str, str]:
     identifier, _, size = struct.unpack_from("<HHI", body)
-    return identifier, body[8 : 8 + size].decode()
+    (more,) = struct.unpack_from("<I", body, 8 + size)
+    return identifier, body[8 : 8 + size].decode(), body[12 + size : 12 + size + more].decode()
 
 
 def _unpacked(chunk: Chunk) -> bytes:

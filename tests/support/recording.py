@@ -22,6 +22,7 @@ from support.feeder import Feeder
 
 CELL = Path(__file__).parents[2] / "service/axisync_service/cells/eod.toml"
 PATIENCE_S = 20.0
+START_S = 60.0
 
 
 def wait_for(condition: Callable[[], bool], what: str, seconds: float = PATIENCE_S) -> None:
@@ -49,6 +50,7 @@ class Recording:
             "ticks": TickRing.size(self.layout, self.slots),
             "timings": memory.TimingRing.size(),
             "status": memory.STATUS_BYTES,
+            "recorder": memory.RECORDER_BYTES,
             "plans": memory.PLAN_SLOTS * memory.PLAN_SLOT_BYTES,
         }
         self.regions = memory.create(sizes)
@@ -93,8 +95,14 @@ class Recording:
             preexec_fn=before,
         )
         if wait:
-            wait_for(lambda: self.control[Word.RECORDER_NS] > 0, "the recorder does not start")
+            wait_for(self._has_begun, "the recorder does not start", START_S)
         return self.process
+
+    def _has_begun(self) -> bool:
+        assert self.process is not None
+        if self.process.poll() is not None:
+            raise RuntimeError(f"the recorder has ended with {self.process.returncode}: {self.ended()[1]}")
+        return self.control[Word.RECORDER_NS] > 0
 
     def send(self, topic: str, data: dict[str, Any], slot: int | None = None, plan_id: int | None = None) -> None:
         """A log entry, as front sends it."""

@@ -50,7 +50,7 @@ class Session:
         for _ in range(REST_TICKS):
             self._tick(GroupState.STANDSTILL)
         self._move()
-        for _ in range(REST_TICKS):
+        for _ in range(REST_TICKS - 1):
             self._tick(GroupState.STANDSTILL)
 
     def _move(self) -> None:
@@ -64,7 +64,8 @@ class Session:
             ticks += 1
             q, v, a, j = clock.motion()
             self._position[axes] = q
-            if clock.s >= self.trajectory.duration or clock.at_rest:
+            if clock.at_rest:
+                self._tick(GroupState.STANDSTILL, (v, a, j))
                 return
             state = GroupState.STOPPING if clock.stopping else GroupState.MOVING
             self._tick(state, (v, a, j), clock.s, clock.rate)
@@ -85,9 +86,9 @@ class Session:
         record["target_counts"] = np.rint(self._position * self._scale)
         record["group_state"] = GroupState.STANDSTILL
         record["group_state"][members] = state
-        if rates is not None:
-            for name, values in zip(("velocity", "acceleration", "jerk"), rates, strict=True):
-                record[name][list(self.axes)] = values
+        for name, values in zip(("velocity", "acceleration", "jerk"), rates or (), strict=rates is not None):
+            record[name][list(self.axes)] = values
+        if state is not GroupState.STANDSTILL:
             record["plan_id"][members] = 1
             record["path_s"][members] = path_s
             record["path_rate"][members] = path_rate

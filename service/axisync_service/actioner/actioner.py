@@ -133,6 +133,8 @@ class Actioner:
     # --- the verbs ----------------------------------------------------------------------------------------------
 
     def _move(self, call: Call, world: World) -> None:
+        if call.verb == "move":
+            admission.check_logged(world)
         self._mover.handle(call, _as(MoveRequest, call.request), world)
 
     def _group(self, call: Call, world: World) -> None:

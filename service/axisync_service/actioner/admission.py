@@ -40,6 +40,15 @@ def check_controller(world: World) -> None:
         raise Refusal(ErrorCode.UNAVAILABLE, "the controller is down or starting; its drives stop by themselves")
 
 
+def check_logged(world: World) -> None:
+    """Refuses while the log cannot be written, so that no move begins of which nobody can say later what it was."""
+    if world.unlogged:
+        raise Refusal(
+            ErrorCode.UNAVAILABLE,
+            "the log cannot be written, so no move begins: make room on its disk, or mend it (see the events)",
+        )
+
+
 def check_movable(cell: Cell, members: tuple[int, ...], world: World) -> None:
     """Refuses unless every group stands still, enabled: NOT_ENABLED, BUSY, WRONG_STATE, FAULTED."""
     for member in members:

@@ -33,6 +33,7 @@ class World:
         up: the controller is linked and its cycle runs; otherwise every group reads as disabled.
         setpoint, actual, velocity: [axes] rad, rad/s; empty before the first tick.
         status: the controller's last report, or None while it is down.
+        unlogged: the log cannot be written at present.
     """
 
     now_ns: int
@@ -44,6 +45,7 @@ class World:
     velocity: tuple[float, ...]
     groups: tuple[GroupView, ...]
     status: ControllerStatus | None
+    unlogged: bool = False
 
     @property
     def now_s(self) -> float:

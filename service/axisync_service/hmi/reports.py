@@ -8,7 +8,7 @@ from importlib import metadata
 
 from axisync_robot.arm import Arm
 from axisync_schemas.cell import Cell
-from axisync_schemas.enumerations import DriveState, LateCause, NmtState
+from axisync_schemas.enumerations import DriveState, LateCause, NmtState, RecorderState
 from axisync_schemas.memory import Control, TimingRing, Word
 from axisync_schemas.replies import (
     BusReport,
@@ -23,11 +23,10 @@ from axisync_schemas.replies import (
 from axisync_service.actioner.moves import move_id_of
 from axisync_service.actioner.requests import MODELS
 from axisync_service.actioner.world import World
+from axisync_service.links.recorder_watch import silent
 
 Progress = Callable[[int], float | None]
 """Plan id to progress of the move, 0..1."""
-
-RECORDER_STATES = {0: "not started", 1: "writing", 2: "failing"}
 
 
 def wall_time() -> str:
@@ -73,7 +72,7 @@ class StateReports:
             lease=holders,
             cycle=cycle,
             buses=self._buses(world),
-            recorder=self._recorder(),
+            recorder=self._recorder(world.now_ns),
             controller="up" if world.up else "down",
         )
 
@@ -138,9 +137,10 @@ class StateReports:
             for bus, status in zip(self._cell.buses, world.status.buses, strict=True)
         }
 
-    def _recorder(self) -> RecorderReport:
+    def _recorder(self, now_ns: int) -> RecorderReport:
+        state = RecorderState(self._control[Word.RECORDER_STATE])
         return RecorderReport(
-            state=RECORDER_STATES.get(self._control[Word.RECORDER_STATE], "unknown"),
+            state="silent" if silent(self._control, now_ns) else state.label,
             cursor_tick=self._control[Word.RECORDER_CURSOR],
             lost_ticks=self._control[Word.RECORDER_LOST],
         )

@@ -4,7 +4,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from axisync_schemas.cell import Cell
-from axisync_schemas.enumerations import GroupState, Phase
+from axisync_schemas.enumerations import GroupState, Phase, RecorderState
 from axisync_schemas.internal import ControllerStatus, GroupStatus
 from axisync_schemas.memory import Control, Mailbox, Word
 from axisync_schemas.tick_ring import TickRing
@@ -41,7 +41,8 @@ class WorldReader:
         record = self._newest()
         setpoint, actual, velocity = self._axes(record)
         groups = self._groups(record, status) if up else (_DOWN,) * len(self._cell.groups)
-        return World(now_ns, phase, up, self._tick, setpoint, actual, velocity, groups, status)
+        unlogged = self._control[Word.RECORDER_STATE] == RecorderState.FAILING
+        return World(now_ns, phase, up, self._tick, setpoint, actual, velocity, groups, status, unlogged)
 
     def _read_status(self) -> ControllerStatus | None:
         data = self._status.read()

@@ -69,9 +69,9 @@ class Motions:
         for motion in self.all():
             motion.set_override(self.rate_of(motion))
         names = ", ".join(group.name for group in groups)
-        plans = [motion.plan_id for motion in self.all()]
+        rates = {str(motion.plan_id): self.rate_of(motion) for motion in self.all()}
         text = f"{names}: override {100.0 * value:g} %"
-        self._voice.say(EventKind.OVERRIDE_SET, text, names, value=value, plans=plans)
+        self._voice.say(EventKind.OVERRIDE_SET, text, names, value=value, rates=rates)
 
     def watch_rate(self, motion: Motion, relaxed_before: int) -> None:
         """Says the first time that a motion's rate could not be changed within the limits of moves."""

@@ -42,20 +42,25 @@ def read_plans(path: Path) -> list[PlanLog]:
 def store(plans: list[PlanLog], buffer: mmap.mmap | bytearray) -> None:
     """Writes plan i into slot i."""
     for slot, plan in enumerate(plans):
-        write_plan(
-            buffer,
-            slot,
-            Plan(
-                plan_id=plan.plan_id,
-                axes=np.array(plan.axes, dtype=np.uint32),
-                knots=np.array(plan.knots),
-                coefficients=np.array(plan.coefficients),
-                start=np.array(plan.start),
-                end=np.array(plan.end),
-                rate_codes=codes_of_text(plan.rate_codes, *plan.rate_shape),
-                rate_limits=np.array(plan.rate_limits),
-            ),
-        )
+        write_plan(buffer, slot, slot_plan(plan))
+
+
+def slot_plan(plan: PlanLog) -> Plan:
+    """A logged plan as the controller reads it from its slot.
+
+    Raises:
+        PlanError: its tables cannot be read.
+    """
+    return Plan(
+        plan_id=plan.plan_id,
+        axes=np.array(plan.axes, dtype=np.uint32),
+        knots=np.array(plan.knots),
+        coefficients=np.array(plan.coefficients),
+        start=np.array(plan.start),
+        end=np.array(plan.end),
+        rate_codes=codes_of_text(plan.rate_codes, *plan.rate_shape),
+        rate_limits=np.array(plan.rate_limits),
+    )
 
 
 class PlanFile:

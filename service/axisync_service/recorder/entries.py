@@ -11,8 +11,8 @@ from pydantic import ValidationError
 
 from axisync_schemas.internal import MAX_PACKET, LogEntry
 from axisync_schemas.plan_slots import Plan, PlanError, codes_as_text, read_plan
-from axisync_schemas.topics import LOG_PLANS
-from axisync_service.recorder.log_file import JSON_TOPICS
+from axisync_schemas.topics import LOG_EVENTS, LOG_PLANS
+from axisync_service.recorder.schemas import JSON_TOPICS
 
 PACKETS_AT_ONCE = 256
 """From one socket in one call, so that a flood does not keep the recorder from the ring."""
@@ -20,12 +20,24 @@ PACKETS_AT_ONCE = 256
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A JSON message for the log; `group` is that of a plan."""
+    """A JSON message for the log, at a monotonic instant; `group` is that of a plan, `event` an event's fields."""
 
     topic: str
     log_time_ns: int
     payload: bytes
     group: str | None = None
+    event: dict[str, Any] | None = None
+
+
+def message(topic: str, log_time_ns: int, data: dict[str, Any]) -> Message:
+    """The message of these fields.
+
+    Raises:
+        ValueError: a number that JSON cannot hold.
+    """
+    payload = json.dumps(data, allow_nan=False, separators=(",", ":")).encode()
+    group = str(data.get("group")) if topic == LOG_PLANS else None
+    return Message(topic, log_time_ns, payload, group, data if topic == LOG_EVENTS else None)
 
 
 @dataclass(slots=True)
@@ -91,9 +103,7 @@ class Entries:
             if entry.topic not in JSON_TOPICS:
                 raise ValueError(f"no such topic: {entry.topic!r}")
             data = self._with_plan(entry, received)
-            payload = json.dumps(data, allow_nan=False, separators=(",", ":")).encode()
-            group = str(data.get("group")) if entry.topic == LOG_PLANS else None
-            received.messages.append(Message(entry.topic, entry.log_time_ns, payload, group))
+            received.messages.append(message(entry.topic, entry.log_time_ns, data))
         except ValidationError as error:
             received.problems.append(f"entry refused: {error.errors()[0]['msg']}")
         except ValueError as error:

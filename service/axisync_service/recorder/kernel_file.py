@@ -31,6 +31,10 @@ class KernelFile:
             view = view[done:]
         return len(data)
 
+    def fileno(self) -> int:
+        """Its descriptor."""
+        return self._fd
+
     def tell(self) -> int:
         """Bytes written so far."""
         return self.position

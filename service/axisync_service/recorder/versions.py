@@ -1,10 +1,17 @@
-"""What made a log: versions of Python, of axisync, of its libraries and of the kernel."""
+"""What made a log: axisync and its libraries, the machine and its kernel."""
 
 import json
+import os
 import platform
+import socket
 from importlib import metadata
+from pathlib import Path
 
-PACKAGES = ("axisync", "canopen", "eclipse-zenoh", "mcap", "numpy", "pin", "protobuf", "pydantic", "python-can")
+PACKAGES = (
+    "axisync", "canopen", "coal", "eclipse-zenoh", "mcap", "numba", "numpy", "pin", "protobuf", "pydantic",
+    "python-can", "zstandard",
+)  # fmt: skip
+_REALTIME = Path("/sys/kernel/realtime")
 
 
 def versions() -> dict[str, str]:
@@ -21,3 +28,23 @@ def versions() -> dict[str, str]:
 def versions_json() -> bytes:
     """The attachment `versions.json`."""
     return json.dumps(versions(), indent=1, sort_keys=True).encode()
+
+
+def machine() -> dict[str, str]:
+    """The metadata record `axisync.machine`: where it ran, and whether its kernel keeps time."""
+    return {
+        "hostname": socket.gethostname(),
+        "kernel": platform.release(),
+        "kernel_version": platform.version(),
+        "kernel_realtime": "yes" if _preemptible() else "no",
+        "processors": str(os.cpu_count() or 0),
+        "python": platform.python_version(),
+    }
+
+
+def _preemptible() -> bool:
+    """A PREEMPT_RT kernel says so in /sys/kernel/realtime, or at least in its version."""
+    try:
+        return _REALTIME.read_text(encoding="ascii").strip() == "1"
+    except OSError:
+        return "PREEMPT_RT" in platform.version()

@@ -97,6 +97,16 @@ def test_without_a_controller(rig: Any, no: Read) -> None:
         assert no(answers)["code"] == "UNAVAILABLE"
 
 
+def test_no_move_begins_while_the_log_cannot_be_written(rig: Any, no: Read) -> None:
+    lease = rig.lease("both")
+    rig.world = replace(rig.world, unlogged=True)
+    assert no(rig.move("kingkong", lease))["code"] == "UNAVAILABLE"
+    assert rig.ports.jobs == []
+    rig.world = replace(rig.world, unlogged=False)
+    rig.move("kingkong", lease)
+    assert len(rig.ports.jobs) == 1
+
+
 def test_stale_commands_are_never_carried_out(rig: Any, no: Read) -> None:
     lease = rig.lease("both")
     assert no(rig.move("both", lease, not_after_s=rig.world.now_s - 0.001))["code"] == "STALE"

@@ -64,9 +64,9 @@ def test_the_name_tells_cell_and_time_and_is_never_taken_twice(tmp_path: Path) -
     for one in names:
         one.close()
     assert [one.path.name for one in names] == [
-        "eod_20231114T221320Z.mcap",
-        "eod_20231114T221320Z_2.mcap",
-        "eod_20231114T221320Z_3.mcap",
+        "eod-20231114T221320Z.mcap",
+        "eod-20231114T221320Z-2.mcap",
+        "eod-20231114T221320Z-3.mcap",
     ]
 
 
@@ -89,12 +89,12 @@ def test_summary_index_and_statistics_are_there(file: LogFile, feeder: Feeder) -
         summary = reader.get_summary()
         assert summary is not None
         assert summary.statistics is not None
-        assert summary.statistics.message_count == 1001
+        assert summary.statistics.message_count == 1001 + 100
         assert len(summary.chunk_indexes) > 5
         topics = {channel.topic: channel for channel in summary.channels.values()}
         late = list(reader.iter_messages(topics=["/setpoints"], starting_at=CLOCKS.wall_ns + 10**9))
     assert len(late) == 1000 - 500 + 1
-    assert set(topics) == {"/setpoints", "/requests", "/plans", "/events"}
+    assert set(topics) == {"/setpoints", "/joint_states", "/requests", "/plans", "/events", "/log"}
     assert topics["/setpoints"].metadata["axes"].split()[0] == "kingkong.1"
     schemas = {topic: summary.schemas[channel.schema_id] for topic, channel in topics.items()}
     assert (schemas["/setpoints"].name, schemas["/setpoints"].encoding) == ("axisync.SetpointTick", "protobuf")

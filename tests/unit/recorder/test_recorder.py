@@ -1,83 +1,15 @@
 """The recorder's loop in this process, on a clock of the test's own: when it flushes, syncs, begins anew, gives up."""
 
-import errno
 import os
-import socket
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-from axisync_schemas.cell import read_cell
-from axisync_schemas.internal import LogEntry
-from axisync_schemas.memory import Control, Word
-from axisync_schemas.tick_ring import TickRing
-from axisync_schemas.ticks import TickLayout
+from axisync_schemas.enumerations import RecorderState
+from axisync_schemas.memory import Word
 from axisync_service.recorder import recorder as module
-from axisync_service.recorder.recorder import FLUSH_NS, ROTATE_NS, SECOND_NS, Recorder, RecorderState
-from support.feeder import Feeder
-from support.logread import Log, logs_in, read_log
-from support.recording import CELL
-
-SLOTS = 1024
-START_NS = 10**12
-
-
-class Bench:
-    """A recorder whose time passes only in `step`."""
-
-    def __init__(self, directory: Path) -> None:
-        self.cell, text = read_cell(CELL)
-        layout = TickLayout(len(self.cell.axes), len(self.cell.groups))
-        self.control = Control(bytearray(Control.size(2)), 2)
-        ring = TickRing(bytearray(TickRing.size(layout, SLOTS)), layout, SLOTS)
-        self.feeder = Feeder(self.cell, self.control, ring, origin_ns=START_NS)
-        self.now = START_NS
-        self.writer, self._reader = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self.writer.setblocking(False)
-        self.directory = directory
-        self.recorder = Recorder(
-            self.cell, text, directory, self.control, ring, bytearray(64), [self._reader],
-            monotonic=lambda: self.now, wall=lambda: self.now + 1_700_000_000 * SECOND_NS,
-        )  # fmt: skip
-
-    def close(self) -> None:
-        if self.recorder.path is not None:
-            self.recorder.close()
-        self.writer.close()
-        self._reader.close()
-
-    def step(self, seconds: float = 0.02) -> None:
-        self.now += round(seconds * SECOND_NS)
-        while self.recorder.step():
-            pass
-
-    def send(self, topic: str, **data: object) -> None:
-        entry = LogEntry(topic=topic, log_time_ns=self.now, data=data)
-        self.writer.send(entry.model_dump_json().encode())
-
-    def log(self) -> Log:
-        return read_log(*logs_in(self.directory))
-
-    @property
-    def state(self) -> int:
-        return self.control[Word.RECORDER_STATE]
-
-    @property
-    def cursor(self) -> int:
-        return self.control[Word.RECORDER_CURSOR]
-
-
-def no_space(*_: object) -> int:
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-
-@pytest.fixture
-def bench(tmp_path: Path) -> Iterator[Bench]:
-    one = Bench(tmp_path)
-    one.recorder.open()
-    yield one
-    one.close()
+from axisync_service.recorder.recorder import FLUSH_NS, SECOND_NS
+from support.logread import logs_in, read_log
+from support.recorder_here import SLOTS, Bench, no_space
 
 
 def test_the_cursor_moves_with_whole_chunks_only(bench: Bench) -> None:
@@ -120,7 +52,7 @@ def test_an_hour_is_a_file_and_each_has_the_plans_it_needs(bench: Bench) -> None
     bench.send("/plans", plan_id=3, group="kingkong")
     bench.feeder.write(1, 100)
     bench.step()
-    bench.step(ROTATE_NS / SECOND_NS)
+    bench.step(bench.cell.recorder.rotate_after)
     bench.feeder.write(101, 150)
     bench.step()
     bench.recorder.close()

@@ -1,0 +1,1 @@
+"""Reads logs: review, why, replay, recover, export, diff. Needs the extra `review`."""

@@ -1,0 +1,87 @@
+"""How fast `axisync review` is on a long log, beside a plain loop that decodes every message; needs no service."""
+
+import os
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import review_log
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+from report import Report
+
+TICKS = 1_800_000
+"""An hour at 500 Hz."""
+PLAIN_TICKS = 60_000
+"""The plain loop runs over a part; an hour would take minutes."""
+CELL = Path(__file__).parents[2] / "service/axisync_service/cells/eod.toml"
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Of one program: wall and CPU time, s, and the most memory that it had, MiB."""
+
+    wall_s: float
+    cpu_s: float
+    memory_mib: float
+
+
+def measure(report: Report, directory: Path, ticks: int = TICKS, plain_ticks: int = PLAIN_TICKS) -> None:
+    """Writes a log, reviews it, decodes a part of it, prints.
+
+    Raises:
+        RuntimeError: the review fails, or finds the log not to be good.
+    """
+    report.say(f"writing a log of {ticks:,} ticks of 12 axes")
+    path = review_log.write(directory, CELL, ticks)
+    report.say(f"reviewing it, {path.stat().st_size / 1e6:,.0f} MB")
+    cost = reviewed(path)
+    plain_s = plain(path, plain_ticks) / plain_ticks
+    ratio = plain_s / (cost.wall_s / ticks)
+    report.say(
+        f"review of {ticks * 0.002 / 60:.3g} min: {cost.wall_s:.1f} s, {cost.cpu_s:.1f} s of CPU, "
+        f"{cost.memory_mib:.0f} MiB; the plain loop takes {plain_s * 1e6:.1f} us a tick, {plain_s * ticks:.0f} s: "
+        f"{ratio:.1f} times as long"
+    )
+    report.data["review"] = {
+        "ticks": ticks,
+        "wall_s": cost.wall_s,
+        "cpu_s": cost.cpu_s,
+        "memory_mib": cost.memory_mib,
+        "plain_us_a_tick": plain_s * 1e6,
+        "ratio": ratio,
+    }
+
+
+def reviewed(path: Path) -> Cost:
+    """What the command line costs, the start of Python included."""
+    begin = time.perf_counter()
+    process = subprocess.Popen([sys.executable, "-m", "axisync_cli", "review", str(path)], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    printed = process.stdout.read().decode()
+    process.stdout.close()
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode != 0:
+        raise RuntimeError(f"the review failed: {printed.splitlines()[-1] if printed else process.returncode}")
+    return Cost(time.perf_counter() - begin, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
+
+
+def plain(path: Path, ticks: int) -> float:
+    """Seconds for decoding `ticks` messages one after the other, and looking at one field of each."""
+    with path.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        begin, peak = time.perf_counter(), 0.0
+        for _, _, _, tick in islice(reader.iter_decoded_messages(topics=["/setpoints"]), ticks):
+            peak = max(peak, tick.velocity[0])
+        return time.perf_counter() - begin
+
+
+if __name__ == "__main__":
+    import tempfile
+
+    with tempfile.TemporaryDirectory(prefix="axisync-bench-") as folder:
+        measure(Report(), Path(folder), *map(int, sys.argv[1:]))

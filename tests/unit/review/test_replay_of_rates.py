@@ -1,0 +1,120 @@
+"""Replays of moves that were held, resumed, slowed and stopped, and of what nobody can replay."""
+
+import random
+from pathlib import Path
+
+import pytest
+
+from axisync_review.findings import gather
+from axisync_review.replay import replay
+from axisync_review.review import review_of
+from axisync_schemas.enumerations import GroupState
+from axisync_service.mapper.counts import CountMap
+from support.decided_log import Decided
+from support.saved_log import event
+
+
+def same(path: Path, plans: int) -> None:
+    found = replay([path])
+    assert found.difference is None
+    assert (found.plans, found.not_replayed, found.notes) == (plans, 0, ())
+
+
+def test_hold_resume_override_and_stop(tmp_path: Path) -> None:
+    """One move held and resumed, slowed and quickened; one stopped; one of both arms begun at a lower rate."""
+    bench = Decided()
+    bench.move("kingkong", 1, 0.2)
+    bench.run(150)
+    bench.ask("hold")
+    bench.run(300)
+    bench.override(0.5)
+    bench.ask("resume")
+    bench.run(200)
+    bench.override(0.9)
+    bench.until_rest()
+    bench.move("kingkong", 2, -0.2)
+    bench.run(200)
+    bench.ask("hold")
+    bench.run(20)
+    bench.stops[0] += 1
+    bench.until_rest()
+    bench.override(0.5, "wukong")
+    bench.move("both", 3, 0.02)
+    bench.run(50, skipped=3)
+    bench.override(0.8, "both")
+    bench.until_rest()
+    path = bench.save(tmp_path)
+    same(path, 3)
+    found = review_of(gather([path], curves=False))
+    assert found.good, found.verdict
+    assert [move.status for move in found.moves] == ["succeeded", "stopped", "succeeded"]
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_whatever_is_asked_at_random(tmp_path: Path, seed: int) -> None:
+    rng = random.Random(seed)
+    bench = Decided()
+    for number in (1, 2):
+        bench.move("kingkong", number, rng.choice((-0.2, 0.2)) * number)
+        for _ in range(rng.randrange(6)):
+            bench.run(rng.randrange(1, 150), skipped=rng.choice((0, 0, 2)))
+            word = rng.choice(("hold", "resume", "override", "override"))
+            bench.override(rng.random()) if word == "override" else bench.ask(word)
+        bench.override(1.0)
+        bench.ask("resume")
+        bench.until_rest()
+    path = bench.save(tmp_path)
+    same(path, 2)
+    found = review_of(gather([path], curves=False))
+    assert found.good, found.verdict
+
+
+def test_an_override_one_tick_later_is_another_motion(tmp_path: Path) -> None:
+    bench = Decided()
+    bench.move("kingkong", 1, 0.8)
+    bench.run(650)
+    bench.override(0.5)
+    (said,) = [data for _, _, data in bench.told if data.get("kind") == "override_set"]
+    tick = said["tick"]
+    bench.until_rest()
+    said["tick"] += 1
+    difference = replay([bench.save(tmp_path)]).difference
+    assert difference is not None
+    assert difference.tick == tick + 1
+
+
+def test_a_move_of_one_tick(tmp_path: Path) -> None:
+    """It arrives before any tick carries its plan."""
+    bench = Decided()
+    bench.move("kingkong", 1, 1e-12)
+    bench.until_rest()
+    same(bench.save(tmp_path), 1)
+
+
+def test_an_event_that_nobody_can_replay_is_no_difference(tmp_path: Path) -> None:
+    bench = Decided()
+    bench.move("kingkong", 1, 0.1)
+    bench.run(40)
+    strange = event("path_blended", bench.tick, plan_id=1)
+    bench.override(0.5)
+    bench.until_rest()
+    bench.told = [said for said in bench.told if said[2].get("kind") != "override_set"]
+    found = replay([bench.save(tmp_path, [("/events", strange["tick"], strange)])])
+    assert (found.same, found.plans) == (True, 1)
+    assert found.not_replayed > 100
+    assert "met 'path_blended' at tick" in found.notes[0]
+
+
+def test_jogging_is_counted_and_not_compared(tmp_path: Path) -> None:
+    bench = Decided()
+    bench.run(40)
+    for number, record in enumerate(bench.ticks[-30:-10]):
+        record["group_state"][0] = GroupState.JOGGING
+        record["position"][0] += 1e-4 * number
+    for record in bench.ticks[-10:]:
+        record["position"][0] += 2e-3
+    for record in bench.ticks[-30:]:
+        record["target_counts"] = CountMap(bench.cell.axes).to_counts(record["position"])
+    found = replay([bench.save(tmp_path)])
+    assert (found.same, found.not_replayed) == (True, 21)
+    assert found.notes == ("kingkong jogs in 20 ticks, which are not replayed",)
