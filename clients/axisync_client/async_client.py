@@ -73,6 +73,7 @@ class AsyncClient(Shadow[Client]):
     config = asynchronous(Client.config)
     state = asynchronous(Client.state)
     move_report = asynchronous(Client.move_report)
+    recent_events = asynchronous(Client.recent_events)
     stop = asynchronous(Client.stop)
     plan = asynchronous(Client.plan)
     plan_joint = asynchronous(Client.plan_joint)

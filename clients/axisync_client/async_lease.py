@@ -21,7 +21,7 @@ class AsyncMove(Shadow[Move]):
 
     def __init__(self, blocking: Move) -> None:
         self._blocking = blocking
-        self._check = blocking.check
+        self._check = blocking._check
 
     @property
     def reply(self) -> MoveReply:

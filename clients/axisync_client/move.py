@@ -26,7 +26,7 @@ class Move:
         self.id = reply.move_id or ""
         self.group = reply.group
         self._client = client
-        self._lease = lease
+        self._check = lease.check
 
     def report(self) -> MoveReport:
         """Where the move is now."""
@@ -48,7 +48,7 @@ class Move:
             LeaseLost: the move goes on to `held` without us.
             Unavailable: the daemon is gone.
         """
-        watch = Watch(self.check, timeout_s, through_held=through_held)
+        watch = Watch(self._check, timeout_s, through_held=through_held)
         while (pause_s := watch.pause_s(report := self.report())) is not None:
             time.sleep(pause_s)
         return report
@@ -63,17 +63,13 @@ class Move:
 
     def updates(self, period_s: float = 0.05) -> Iterator[MoveReport]:
         """Reports for a progress display, the last one that of the end (or of a held move)."""
-        watch = Watch(self.check)
+        watch = Watch(self._check)
         while True:
             report = self.report()
             yield report
             if watch.pause_s(report) is None:
                 return
             time.sleep(period_s)
-
-    def check(self) -> None:
-        """Raises LeaseLost where its lease is no longer ours."""
-        self._lease.check()
 
     def stop(self) -> GroupReply:
         """Stops the group on its path; ends the move."""
