@@ -287,7 +287,7 @@ class Front:
     def _publish_event(self, event: Event) -> None:
         event = event.model_copy(update={"seq": self._number(topics.EVENTS)})
         payload = event.model_dump_json().encode()
-        self._recent.add(payload)
+        self._recent.add(event.seq, event.kind, payload)
         self.server.publish(topics.EVENTS, payload)
 
     def _number(self, topic: topics.Topic) -> int:
