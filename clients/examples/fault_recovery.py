@@ -7,6 +7,7 @@ axisync-emulator inject DIR/kingkong.sock kind=emergency bus=kingkong node=1 cod
 """
 
 import sys
+import time
 
 from axisync_client import (
     AxisyncError,
@@ -21,16 +22,28 @@ from axisync_client import (
 )
 
 GROUP = "kingkong"
-ATTEMPTS = 5
+ATTEMPTS, PAUSE_S = 10, 0.5
 
 
 def ready(client: Client, arm: Lease) -> None:
-    """Acknowledges a fault, if there is one, and switches the drives on."""
-    group = client.state().groups[GROUP]
-    if group.state == GroupState.FAULT.label:
-        print(f"fault: {group.reason}; resetting")
-        arm.reset()
-    arm.enable()
+    """Acknowledges a fault, if there is one, and switches the drives on. Tries again: the cause may still be there.
+
+    Raises:
+        Refused: the cause does not go away.
+    """
+    for attempt in range(ATTEMPTS):
+        group = client.state().groups[GROUP]
+        try:
+            if group.state == GroupState.FAULT.label:
+                print(f"fault: {group.reason}; resetting")
+                arm.reset()
+            arm.enable()
+            return
+        except Refused as refusal:
+            if attempt == ATTEMPTS - 1:
+                raise
+            print(refusal)
+            time.sleep(PAUSE_S)
 
 
 def arrive(client: Client, arm: Lease, target: list[float], duration_s: float | None) -> None:
