@@ -6,7 +6,7 @@ import typer
 
 from axisync_cli import sentences
 from axisync_cli.interrupts import stop_and_wait
-from axisync_cli.options import EPILOG, GroupOrAll, Json, terminal_of
+from axisync_cli.options import EPILOG, GroupOrAll, Json, Take, terminal_of
 from axisync_client.drives import Value, group_of, read_object, write_object
 from axisync_schemas.replies import DriveReply
 
@@ -21,10 +21,10 @@ def add_to(app: typer.Typer) -> None:
     app.command("drive", epilog=EPILOG, context_settings={"ignore_unknown_options": True})(drive)
 
 
-def home_group(context: typer.Context, group: GroupOrAll = "all", as_json: Json = False) -> None:
+def home_group(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
     """Find the homes of a group's drives. They move by themselves: nothing checks for collisions. Ctrl-C stops them."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group) as lease:
+    with terminal.connect() as client, client.lease(group, take=take) as lease:
         try:
             reply = lease.home()
         except KeyboardInterrupt:

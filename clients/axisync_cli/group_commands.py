@@ -18,24 +18,24 @@ def add_to(app: typer.Typer) -> None:
         app.command(epilog=EPILOG)(command)
 
 
-def enable(context: typer.Context, group: GroupOrAll = "all", as_json: Json = False) -> None:
+def enable(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
     """Switch drives on; they hold their positions."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group) as lease:
+    with terminal.connect() as client, client.lease(group, take=take) as lease:
         _done(terminal, lease.enable())
 
 
-def disable(context: typer.Context, group: GroupOrAll = "all", as_json: Json = False) -> None:
+def disable(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
     """Switch drives off."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group) as lease:
+    with terminal.connect() as client, client.lease(group, take=take) as lease:
         _done(terminal, lease.disable())
 
 
-def reset(context: typer.Context, group: GroupOrAll = "all", as_json: Json = False) -> None:
+def reset(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
     """Acknowledge faults."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group) as lease:
+    with terminal.connect() as client, client.lease(group, take=take) as lease:
         _done(terminal, lease.reset())
 
 
@@ -66,7 +66,7 @@ def override(
     take: Take = False,
     as_json: Json = False,
 ) -> None:
-    """Run along paths at a share of their speed, from now on and in later moves."""
+    """Run along paths at a share of their speed, until changed."""
     terminal = terminal_of(context, as_json, group)
     with terminal.connect() as client, client.lease(group, take=take) as lease:
         _done(terminal, lease.override(value))

@@ -1,5 +1,6 @@
 """The `axisync` command: global options, the commands, and one place where errors become sentences and exit codes."""
 
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -7,10 +8,20 @@ from typing import Annotated
 
 import typer
 
-from axisync_cli import drive_commands, group_commands, move_commands, review_commands, sentences, view_commands
+from axisync_cli import (
+    drive_commands,
+    group_commands,
+    lease_commands,
+    move_commands,
+    review_commands,
+    sentences,
+    view_commands,
+)
 from axisync_cli.options import hoist
 from axisync_cli.terminal import Terminal
 from axisync_client import AxisyncError, InvalidArgument
+from axisync_client.discovery import own_version
+from axisync_schemas import SCHEMA_VERSION
 
 EXIT_DONE, EXIT_FAILED, EXIT_USAGE, EXIT_INTERRUPTED = 0, 1, 2, 130
 
@@ -22,6 +33,12 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        print(f"axisync {own_version()}, schema {SCHEMA_VERSION}")
+        raise typer.Exit
 
 
 @app.callback(epilog="Exit status: 0 done, 1 refused or failed, 2 usage, 130 interrupted.")
@@ -37,12 +54,16 @@ def _global_options(
     timeout: Annotated[
         float, typer.Option(metavar="SECONDS", min=0.1, max=3600.0, help="How long to wait for an answer.")
     ] = 5.0,
+    version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_say_version, help="Say which version this is.")
+    ] = False,
 ) -> None:
     terminal: Terminal = context.ensure_object(Terminal)
     terminal.endpoint, terminal.cell, terminal.user, terminal.timeout_s = endpoint, cell, user, timeout
 
 
 view_commands.add_to(app)
+lease_commands.add_to(app)
 group_commands.add_to(app)
 move_commands.add_to(app)
 drive_commands.add_to(app)
@@ -52,6 +73,7 @@ review_commands.add_to(app)
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command line and returns its exit code. Never shows a traceback, unless AXISYNC_DEBUG is set."""
     terminal = Terminal()
+    logging.getLogger("axisync_client").addHandler(logging.NullHandler())  # its errors are said by us, once
     try:
         app(hoist(sys.argv[1:] if arguments is None else arguments), prog_name="axisync", obj=terminal)
     except SystemExit as end:

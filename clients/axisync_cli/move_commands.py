@@ -8,7 +8,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from axisync_cli import interrupts, plan_plot, sentences
 from axisync_cli.move_options import Asked, spread
-from axisync_cli.options import EPILOG, Json, Plot, Speed, terminal_of
+from axisync_cli.options import EPILOG, Json, Plot, Speed, Take, terminal_of
 from axisync_cli.plan_curves import curves
 from axisync_cli.plan_table import plan_table, summary
 from axisync_cli.scalars import scalars_of
@@ -40,16 +40,18 @@ def add_to(app: typer.Typer) -> None:
     app.command(epilog=EPILOG)(run)
 
 
-def move(context: typer.Context, asked: Asked, speed: Speed = 1.0, as_json: Json = False) -> None:
+def move(context: typer.Context, asked: Asked, speed: Speed = 1.0, take: Take = False, as_json: Json = False) -> None:
     """Move a group and wait until it has arrived. Ctrl-C stops it; a second Ctrl-C leaves at once."""
     terminal = terminal_of(context, as_json, asked.group)
-    _play(terminal, asked.program(), speed)
+    _play(terminal, asked.program(), speed, take)
 
 
-def run(context: typer.Context, file: ProgramFile, speed: Speed = 1.0, as_json: Json = False) -> None:
+def run(
+    context: typer.Context, file: ProgramFile, speed: Speed = 1.0, take: Take = False, as_json: Json = False
+) -> None:
     """Play a program file and wait until it has ended. Ctrl-C stops it; a second Ctrl-C leaves at once."""
     terminal = terminal_of(context, as_json)
-    _play(terminal, load(file), speed)
+    _play(terminal, load(file), speed, take)
 
 
 def plan(context: typer.Context, asked: Asked, speed: Speed = 1.0, plot: Plot = None, as_json: Json = False) -> None:
@@ -74,10 +76,10 @@ def plan(context: typer.Context, asked: Asked, speed: Speed = 1.0, plot: Plot = 
         terminal.show(f"drawn in {plot}")
 
 
-def _play(terminal: Terminal, program: Program, speed: float) -> None:
+def _play(terminal: Terminal, program: Program, speed: float, take: bool) -> None:
     """Moves and waits; leaves by typer.Exit."""
     terminal.group = program.group
-    with terminal.connect() as client, client.lease(program.group) as lease:
+    with terminal.connect() as client, client.lease(program.group, take=take) as lease:
         try:
             report = _follow(terminal, lease.run_program(program, speed_scale=speed))
         except KeyboardInterrupt:

@@ -1,6 +1,6 @@
 """Errors and endings in one sentence each, with what to type next."""
 
-from axisync_client import AxisyncError, ErrorCode, Refused
+from axisync_client import AxisyncError, ErrorCode, LeaseLost, Refused
 from axisync_schemas.enumerations import MoveStatus
 from axisync_schemas.replies import MoveReply, MoveReport
 
@@ -8,11 +8,13 @@ _WHAT_TO_TYPE = {
     ErrorCode.NOT_ENABLED: "run `axisync enable {group}`",
     ErrorCode.NOT_HOMED: "run `axisync home {group}`",
     ErrorCode.FAULTED: "run `axisync reset {group}`, then `axisync enable {group}`",
-    ErrorCode.LEASE_HELD: "`axisync lease` shows the holders",
+    ErrorCode.LEASE_HELD: "`axisync lease` shows the holders, --take takes over",
     ErrorCode.LEASE_FENCED: "`axisync lease` shows the holders",
     ErrorCode.NOT_FOUND: "`axisync state` shows the groups",
     ErrorCode.BUSY: "wait for the end, or run `axisync stop {group}`",
 }
+
+_WHEN_LOST = "what moved is held, `axisync lease` shows the holders, `axisync resume {group} --take` goes on"
 
 
 def of_error(error: AxisyncError, group: str | None) -> str:
@@ -21,6 +23,8 @@ def of_error(error: AxisyncError, group: str | None) -> str:
     if error.code is ErrorCode.NOT_ENABLED and about is not None:
         return f"{about} is disabled: run `axisync enable {about}`"
     fix = error.fix
+    if isinstance(error, LeaseLost):
+        fix = _WHEN_LOST.format(group=about or "GROUP")
     if fix is None and isinstance(error, Refused) and error.code in _WHAT_TO_TYPE:
         fix = _WHAT_TO_TYPE[error.code].format(group=about or "GROUP")
     message = error.message.rstrip(". \n")
@@ -53,6 +57,8 @@ def of_ending(report: MoveReport) -> str:
         return f"{report.group} arrived"
     how = {MoveStatus.STOPPED: "was stopped", MoveStatus.HELD: "is held", MoveStatus.FAILED: "failed"}
     reason = f": {report.reason}" if report.reason else ""
+    if report.status is MoveStatus.HELD:
+        reason += f"; `axisync resume {report.group}` goes on, `axisync stop {report.group}` ends it"
     return f"{report.group} {how.get(report.status, 'moves')} at {report.progress:.0%} of its path{reason}"
 
 

@@ -1,4 +1,4 @@
-"""What `axisync state` and `axisync watch` show."""
+"""What `axisync state`, `axisync watch` and `axisync lease` show."""
 
 import math
 from collections import Counter
@@ -16,6 +16,11 @@ _STYLES = {"fault": "bold red", "moving": "green", "held": "yellow", "stopping":
 def state_table(state: State) -> Group:
     """Groups, positions in degrees, drives' health, drives that need attention, then the service in a line each."""
     return Group(_groups(state), _positions(state), *_health(state), *_drive_lines(state), *_service_lines(state))
+
+
+def live_table(state: State) -> Group:
+    """What changes while one looks on: groups, how far moves are, positions, drives with an error, the service."""
+    return Group(_groups(state), _positions(state), *_drive_lines(state), *_service_lines(state))
 
 
 def lease_table(lease: dict[str, str | None]) -> Table:

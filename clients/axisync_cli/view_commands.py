@@ -1,29 +1,27 @@
-"""state, watch, events, lease: looking, without touching."""
+"""state, watch, events: looking, without touching."""
 
-import json
-from datetime import datetime
+from typing import Annotated
 
 import typer
-from rich.live import Live
-from rich.text import Text
 
+from axisync_cli.event_line import event_line
 from axisync_cli.options import EPILOG, Json, terminal_of
-from axisync_cli.state_table import lease_table, state_table
+from axisync_cli.state_table import state_table
+from axisync_cli.watch_view import draw
 from axisync_schemas.replies import Event
 
-_STYLES = {"warning": "yellow", "error": "bold red"}
-WATCH_DECIMATION = 2
-"""Of 20 states a second, one in two is drawn."""
+Follow = Annotated[bool, typer.Option("--follow", "-f", help="Go on with what happens, until Ctrl-C.")]
+Last = Annotated[int, typer.Option("--last", "-n", metavar="COUNT", min=0, help="How many of the newest.")]
 
 
 def add_to(app: typer.Typer) -> None:
     """Adds the commands, in the order in which help shows them."""
-    for command in (state, watch, events, lease):
+    for command in (state, watch, events):
         app.command(epilog=EPILOG)(command)
 
 
 def state(context: typer.Context, as_json: Json = False) -> None:
-    """Show groups, positions, drives, leases, cycle, buses and recorder."""
+    """Show groups, positions, drives, leases, cycle and buses."""
     terminal = terminal_of(context, as_json)
     with terminal.connect() as client:
         report = client.state()
@@ -32,47 +30,39 @@ def state(context: typer.Context, as_json: Json = False) -> None:
 
 
 def watch(context: typer.Context, as_json: Json = False) -> None:
-    """Show the state, live, until Ctrl-C."""
+    """Show the state and the newest events, live, until Ctrl-C."""
     terminal = terminal_of(context, as_json)
     with terminal.connect() as client, client.states() as states:
         if as_json:
             for report in states:
                 terminal.reply(report)
-            return
-        with Live(console=terminal.out, auto_refresh=False, screen=terminal.out.is_terminal) as live:
-            for number, report in enumerate(states):
-                if number % WATCH_DECIMATION == 0:
-                    live.update(state_table(report), refresh=True)
+        else:
+            with client.events() as news:
+                draw(terminal.out, states, news, client.recent_events())
 
 
-def events(context: typer.Context, as_json: Json = False) -> None:
-    """Print what happens, a line each, until Ctrl-C."""
+def events(context: typer.Context, follow: Follow = False, last: Last = 20, as_json: Json = False) -> None:
+    """Print what happened, a line each."""
     terminal = terminal_of(context, as_json)
-    with terminal.connect() as client, client.events() as stream:
-        for event in stream:
-            terminal.reply(event)
-            terminal.show(_line(event))
 
+    def tell(event: Event) -> None:
+        terminal.reply(event)
+        terminal.show(event_line(event))
 
-def lease(context: typer.Context, as_json: Json = False) -> None:
-    """Show who holds which group."""
-    terminal = terminal_of(context, as_json)
     with terminal.connect() as client:
-        report = client.state()
-    if as_json:
-        terminal.json_line(json.dumps({"now_s": report.now_s, "lease": report.lease}))
-    terminal.show(lease_table(report.lease))
+        if not follow:
+            for event in _newest(client.recent_events(), last):
+                tell(event)
+            return
+        with client.events() as stream:  # before what was is asked for, so that nothing falls in between
+            past = client.recent_events()
+            for event in _newest(past, last):
+                tell(event)
+            told = past[-1].seq if past else 0
+            for event in stream:
+                if event.seq != told:
+                    tell(event)
 
 
-def _line(event: Event) -> Text:
-    """`12:00:01.500 controller kingkong move_started: message`, in local time."""
-    about = f" {event.group}" if event.group and event.group not in event.message else ""
-    text = f"{_local_time(event.wall_time)} {event.source}{about} {event.kind}: {event.message}"
-    return Text(text, style=_STYLES.get(event.severity, ""))
-
-
-def _local_time(stamp: str) -> str:
-    try:
-        return datetime.fromisoformat(stamp).astimezone().strftime("%H:%M:%S.%f")[:-3]
-    except ValueError:
-        return stamp
+def _newest(past: tuple[Event, ...], count: int) -> tuple[Event, ...]:
+    return past[max(0, len(past) - count) :]

@@ -7,10 +7,13 @@
         arm.move_joint(deg(-90, 60, -45, 0, 0, 0)).result()
 
 Radians and metres throughout; `deg` and `mm` make them of degrees and millimetres. `moves` describes every kind of
-move. Whatever goes wrong is an `AxisyncError`.
+move. Whatever goes wrong is an `AxisyncError`. `AsyncClient` is the same for asyncio.
 """
 
 from axisync_client import moves
+from axisync_client.async_client import AsyncClient
+from axisync_client.async_lease import AsyncLease, AsyncMove
+from axisync_client.async_stream import AsyncStream
 from axisync_client.client import Client
 from axisync_client.errors import (
     AxisyncError,
@@ -38,6 +41,10 @@ from axisync_schemas.moves import Circle, Lissajous, ToolPose
 from axisync_schemas.programs import Program
 
 __all__ = [
+    "AsyncClient",
+    "AsyncLease",
+    "AsyncMove",
+    "AsyncStream",
     "AxisyncError",
     "Circle",
     "Client",

@@ -4,8 +4,9 @@ Built here, sent by a client: blocking and asynchronous clients differ only in h
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, Literal, TypeVar
+from uuid import uuid4
 
 from pydantic import ValidationError
 
@@ -15,7 +16,7 @@ from axisync_schemas import keys
 from axisync_schemas.base import NAME_PATTERN, Strict
 from axisync_schemas.cell import Cell
 from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, OverrideRequest, Request, StopRequest
-from axisync_schemas.replies import GroupReply, Info, LeaseReply, MoveReply, MoveReport, State
+from axisync_schemas.replies import Events, GroupReply, Info, LeaseReply, MoveReply, MoveReport, State
 
 R = TypeVar("R", bound=Strict)
 
@@ -57,6 +58,12 @@ class Call(Generic[R]):
         stamp = {"not_after_s": not_after_s} if self.expires else {}
         return self.request.model_copy(update=stamp).model_dump_json(exclude_none=True).encode()
 
+    def anew(self) -> "Call[R]":
+        """The same under another id: to be asked once more after a refusal."""
+        if self.request is None:
+            return self
+        return replace(self, request=self.request.model_copy(update={"request_id": uuid4()}))
+
     def read(self, payload: bytes) -> R:
         """The answer.
 
@@ -86,6 +93,7 @@ def read(model: type[R], payload: bytes, name: str) -> R:
 INFO = Call("info", Info)
 STATE = Call("state", State)
 CONFIG = Call("config", Cell)
+EVENTS = Call("events", Events)
 
 
 def move_report(move_id: str) -> Call[MoveReport]:

@@ -14,7 +14,7 @@ from typing import Any, Self, TypeVar, Unpack
 from axisync_client import calls, discovery, moves
 from axisync_client.calls import Call
 from axisync_client.clock import DaemonClock
-from axisync_client.errors import AxisyncError, InvalidArgument, Refused, Unavailable
+from axisync_client.errors import AxisyncError, InvalidArgument, Refused, Unavailable, UnexpectedReply
 from axisync_client.lease import Lease, OnLost
 from axisync_client.link import Link
 from axisync_client.moves import AnyMove, JointOptions, LinearOptions, PathOptions, Place
@@ -25,6 +25,7 @@ from axisync_client.streams import Stream
 from axisync_schemas import keys, topics
 from axisync_schemas.base import Strict
 from axisync_schemas.cell import Cell
+from axisync_schemas.errors import ErrorCode
 from axisync_schemas.moves import Curve, Dwell, SingleMove
 from axisync_schemas.programs import Program
 from axisync_schemas.replies import Event, GroupReply, Info, MoveReply, MoveReport, State
@@ -92,6 +93,10 @@ class Client:
     def move_report(self, move_id: str) -> MoveReport:
         """Where a move is in its life; Refused with NOT_FOUND where the daemon knows none of that id."""
         return self._ask(calls.move_report(move_id))
+
+    def recent_events(self) -> tuple[Event, ...]:
+        """The newest events that the daemon remembers (200), the oldest first; `events` tells what comes."""
+        return self._ask(calls.EVENTS).events
 
     # What anyone may do.
 
@@ -218,6 +223,19 @@ class Client:
     # For the parts of this package.
 
     def _ask(self, call: Call[R], *, urgent: bool = False) -> R:
+        """The answer, also where the daemon's clock has become another one; errors of versions name both versions."""
+        try:
+            return self._ask_once(call, urgent)
+        except (Refused, UnexpectedReply) as error:
+            if error.code is ErrorCode.UNSUPPORTED_SCHEMA:
+                self._greet()  # raises where the daemon is not the one any more that was greeted first
+            if error.code is not ErrorCode.STALE:
+                raise
+            _log.warning("clocks disagree name=%s reason=%s", call.name, error.message)
+        self._greet()
+        return self._ask_once(call.anew(), urgent)
+
+    def _ask_once(self, call: Call[R], urgent: bool) -> R:
         timeout_s = self.timeout_s if call.timeout_s is None else call.timeout_s
         sent_s = time.monotonic()
         payload = call.payload(self._clock.at(sent_s + timeout_s))

@@ -1,10 +1,19 @@
 """Which cell a client means, and whether it speaks its language."""
 
 import json
+from importlib import metadata
 
 from axisync_client.errors import InvalidArgument, Unavailable, UnexpectedReply
 from axisync_schemas import SCHEMA_VERSION
 from axisync_schemas.keys import ROOT
+
+
+def own_version() -> str:
+    """Of this package, as installed."""
+    try:
+        return metadata.version("axisync")
+    except metadata.PackageNotFoundError:
+        return "of unknown version"
 
 
 def the_cell(keys: list[str], endpoint: str) -> str:
@@ -42,6 +51,7 @@ def check_versions(info: bytes) -> None:
     if not known:
         versions = ", ".join(str(version) for version in served)
         raise UnexpectedReply(
-            f"the daemon (axisync {daemon}) serves schema {versions}, this client speaks schema {SCHEMA_VERSION}",
+            f"the daemon (axisync {daemon}) serves schema {versions}, "
+            f"this client (axisync {own_version()}) speaks schema {SCHEMA_VERSION}",
             "install the same version of axisync on both sides",
         )

@@ -90,9 +90,11 @@ class Link:
         begin = time.monotonic()
         end, patience_end = begin + timeout_s, begin + min(timeout_s, GRACE_S)
         attempt_s = max(timeout_s / 2, min(timeout_s, MIN_ATTEMPT_S))
+        somebody = False
         while True:
             left = end - time.monotonic()
-            answer, somebody = self._once(key, payload, max(0.01, min(attempt_s, left)), urgent)
+            answer, there = self._once(key, payload, max(0.01, min(attempt_s, left)), urgent)
+            somebody = somebody or there
             if answer is not None:
                 return answer
             now = time.monotonic()

@@ -4,22 +4,12 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from axisync_client.errors import MoveFailed, MoveHeld, MoveNotDone, MoveStopped, MoveTimedOut
-from axisync_schemas.enumerations import MoveStatus
+from axisync_client.watch import Watch, arrived
 from axisync_schemas.replies import GroupReply, MoveReply, MoveReport
 
 if TYPE_CHECKING:
     from axisync_client.client import Client
     from axisync_client.lease import Lease
-
-ERRORS: dict[MoveStatus, type[MoveNotDone]] = {
-    MoveStatus.FAILED: MoveFailed,
-    MoveStatus.STOPPED: MoveStopped,
-    MoveStatus.HELD: MoveHeld,
-    MoveStatus.EXECUTING: MoveNotDone,
-}
-POLL_S = (0.01, 0.25)
-"""Shortest and longest pause between two looks at a move."""
 
 
 class Move:
@@ -36,7 +26,7 @@ class Move:
         self.id = reply.move_id or ""
         self.group = reply.group
         self._client = client
-        self._lease = lease
+        self._check = lease.check
 
     def report(self) -> MoveReport:
         """Where the move is now."""
@@ -58,16 +48,10 @@ class Move:
             LeaseLost: the move goes on to `held` without us.
             Unavailable: the daemon is gone.
         """
-        end = None if timeout_s is None else time.monotonic() + timeout_s
-        while True:
-            report = self.report()
-            if _over(report, through_held):
-                return report
-            self._lease.check()
-            left_s = None if end is None else end - time.monotonic()
-            if left_s is not None and left_s <= 0:
-                raise MoveTimedOut(f"move {self.id} of {self.group} is at {report.progress:.0%} after {timeout_s:g} s")
-            time.sleep(_pause_s(report, left_s))
+        watch = Watch(self._check, timeout_s, through_held=through_held)
+        while (pause_s := watch.pause_s(report := self.report())) is not None:
+            time.sleep(pause_s)
+        return report
 
     def result(self, timeout_s: float | None = None) -> MoveReport:
         """As `wait`, for a move that must arrive.
@@ -75,34 +59,18 @@ class Move:
         Raises:
             MoveStopped, MoveFailed, MoveHeld: it did not.
         """
-        report = self.wait(timeout_s)
-        if report.status is not MoveStatus.SUCCEEDED:
-            raise ERRORS[report.status](report)
-        return report
+        return arrived(self.wait(timeout_s))
 
     def updates(self, period_s: float = 0.05) -> Iterator[MoveReport]:
         """Reports for a progress display, the last one that of the end (or of a held move)."""
+        watch = Watch(self._check)
         while True:
             report = self.report()
             yield report
-            if _over(report, through_held=False):
+            if watch.pause_s(report) is None:
                 return
-            self._lease.check()
             time.sleep(period_s)
 
     def stop(self) -> GroupReply:
         """Stops the group on its path; ends the move."""
         return self._client.stop(self.group)
-
-
-def _over(report: MoveReport, through_held: bool) -> bool:
-    if report.status is MoveStatus.HELD:
-        return not through_held
-    return report.status is not MoveStatus.EXECUTING
-
-
-def _pause_s(report: MoveReport, left_s: float | None) -> float:
-    """Half of what the move still takes at full rate: few looks at first, quick ones at the end."""
-    shortest, longest = POLL_S
-    pause = min(longest, max(shortest, 0.5 * (1.0 - report.progress) * report.duration_s))
-    return pause if left_s is None else min(pause, left_s)

@@ -19,6 +19,7 @@ class Stream(Generic[T]):
 
     Attributes:
         missed: messages that were published and did not get here, by their numbers.
+        silence_s: a wait as long as this ends in `inquire`.
     """
 
     def __init__(
@@ -37,9 +38,10 @@ class Stream(Generic[T]):
             silence_s: after so long without a message `on_silence` is called; it raises where silence is wrong.
         """
         self.missed = 0
+        self.silence_s = silence_s
         self._decode = decode
-        self._silence_s = silence_s
         self._on_silence = on_silence
+        self._wake: Callable[[], None] | None = None
         self._last_seq: int | None = None
         self._waiting: deque[bytes] = deque(maxlen=CAPACITY)
         self._changed = Condition()
@@ -49,7 +51,17 @@ class Stream(Generic[T]):
     def _put(self, payload: bytes) -> None:
         with self._changed:
             self._waiting.append(payload)
-            self._changed.notify()
+            self._tell()
+
+    def _tell(self) -> None:
+        self._changed.notify_all()
+        if self._wake is not None:
+            self._wake()
+
+    def notify(self, wake: Callable[[], None]) -> None:
+        """From now on `wake` is called, on another thread, when `poll` may have something new or the stream ends."""
+        with self._changed:
+            self._wake = wake
 
     def __iter__(self) -> Iterator[T]:
         return self
@@ -65,13 +77,40 @@ class Stream(Generic[T]):
         while (payload := self._take()) is None:
             if self._closed:
                 raise StopIteration
-            self._on_silence()
+            self.inquire()
+        return self._read(payload)
+
+    def poll(self) -> T | None:
+        """The next message if there is one; never waits.
+
+        Raises:
+            UnexpectedReply: the message is of another schema.
+        """
+        try:
+            return self._read(self._waiting.popleft())
+        except IndexError:
+            return None
+
+    def inquire(self) -> None:
+        """Asks whether a silence is in order.
+
+        Raises:
+            Unavailable: the daemon is gone, or a periodic stream went silent.
+        """
+        self._on_silence()
+
+    @property
+    def closed(self) -> bool:
+        """Nothing more will come than `poll` still has."""
+        return self._closed
+
+    def _read(self, payload: bytes) -> T:
         message, seq = self._decode(payload)
         self._count(seq)
         return message
 
     def _take(self) -> bytes | None:
-        end = time.monotonic() + self._silence_s
+        end = time.monotonic() + self.silence_s
         with self._changed:
             while not self._waiting and not self._closed:
                 left = end - time.monotonic()
@@ -91,7 +130,7 @@ class Stream(Generic[T]):
             if self._closed:
                 return
             self._closed = True
-            self._changed.notify_all()
+            self._tell()
         self._subscription.close()
 
     def __enter__(self) -> Self:

@@ -13,6 +13,7 @@ from axisync_schemas.replies import (
     CycleReport,
     DriveReply,
     Event,
+    Events,
     GroupReply,
     Info,
     LeaseReply,
@@ -24,7 +25,7 @@ from axisync_schemas.replies import (
 DIRECTORY = Path(__file__).parent / "json"
 MODELS: tuple[type[Strict], ...] = (
     Cell, LeaseRequest, GroupRequest, StopRequest, MoveRequest, DriveRequest, ErrorBody, LeaseReply, GroupReply,
-    MoveReply, DriveReply, MoveReport, State, Info, CycleReport, Event, RequestLog, PlanLog, LogLine,
+    MoveReply, DriveReply, MoveReport, State, Info, CycleReport, Event, Events, RequestLog, PlanLog, LogLine,
 )  # fmt: skip
 
 

@@ -245,3 +245,10 @@ class Event(Strict):
     group: str | None = None
     severity: Literal["info", "warning", "error"] = "info"
     details: dict[str, Any] = Field(default_factory=dict)
+
+
+class Events(Strict):
+    """Answer to a query of `events`: the newest ones, the oldest first."""
+
+    now_s: float
+    events: tuple[Event, ...]

@@ -30,6 +30,7 @@ from axisync_service.actioner.actioner import Actioner
 from axisync_service.actioner.ports import Answer, Incoming, Notice
 from axisync_service.actioner.world import World
 from axisync_service.hmi.items import Ask, Done
+from axisync_service.hmi.recent import RecentEvents
 from axisync_service.hmi.reports import StateReports, cycle_report, info
 from axisync_service.hmi.server import Server
 from axisync_service.hmi.session import ListenError
@@ -78,6 +79,7 @@ class Front:
         run, selector = context.run_dir, self._selector
         self._controller = Link("controller", run / "controller.sock", selector, self._on_controller, self._on_lost)
         self._planner = Link("planner", run / "planner.sock", selector, self._on_plan, self._on_planner_lost)
+        self._recent = RecentEvents()
         self._sequence = dict.fromkeys(topics.PUBLISHED, 0)
         self._published_tick = control[Word.CONTROLLER_TICK]
         self._cycle: CycleReport | None = None
@@ -182,6 +184,8 @@ class Front:
         try:
             if ask.name == "state":
                 return Answer(self._recent_state(), is_error=False)
+            if ask.name == "events":
+                return Answer(self._recent.answer(time.monotonic_ns() / 1e9), is_error=False)
             if ask.name == "info":
                 text = info(self._context.cell, str(self._context.log_dir)).model_dump_json()
                 return Answer(text.encode(), is_error=False)
@@ -286,7 +290,9 @@ class Front:
 
     def _publish_event(self, event: Event) -> None:
         event = event.model_copy(update={"seq": self._number(topics.EVENTS)})
-        self.server.publish(topics.EVENTS, event.model_dump_json().encode())
+        payload = event.model_dump_json().encode()
+        self._recent.add(event.seq, event.kind, payload)
+        self.server.publish(topics.EVENTS, payload)
 
     def _number(self, topic: topics.Topic) -> int:
         self._sequence[topic] += 1

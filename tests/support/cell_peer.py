@@ -5,6 +5,7 @@ test wants to go wrong it says by `refusals`, `deaf` and `end`.
 """
 
 import json
+import math
 import socket
 import time
 from collections.abc import Callable
@@ -25,6 +26,7 @@ from axisync_schemas.replies import (
     CycleReport,
     DriveReport,
     Event,
+    Events,
     GroupReply,
     GroupReport,
     Info,
@@ -80,6 +82,9 @@ class Peer:
     deaf: verbs that get no answer, as many times as said.
     requests: every command as it came: verb, user, body.
     leases: by token.
+    events: what a query of the newest gives.
+    clock_ahead_s: of its monotonic clock before this process's.
+    checks_time: whether late commands are STALE.
     """
 
     port: int = field(default_factory=free_port)
@@ -91,6 +96,9 @@ class Peer:
     requests: list[tuple[str, str, Body]] = field(default_factory=list)
     leases: dict[str, HeldLease] = field(default_factory=dict)
     moves: dict[str, RunningMove] = field(default_factory=dict)
+    events: list[Event] = field(default_factory=list)
+    clock_ahead_s: float = 0.0
+    checks_time: bool = False
 
     def __post_init__(self) -> None:
         self.states = dict.fromkeys(self.cell.group_names, "disabled")
@@ -101,6 +109,11 @@ class Peer:
     @property
     def endpoint(self) -> str:
         return f"tcp/127.0.0.1:{self.port}"
+
+    @property
+    def now_s(self) -> float:
+        """Its monotonic clock."""
+        return time.monotonic() + self.clock_ahead_s
 
     # --- Zenoh ----------------------------------------------------------------------------------------------------
 
@@ -118,7 +131,7 @@ class Peer:
             config.insert_json5(key, json.dumps(value))
         self.session = zenoh.open(config)
         for cell in self.cells:
-            for name in ("info", "state", "config", "moves/*"):
+            for name in ("info", "state", "config", "events", "moves/*"):
                 self.session.declare_queryable(keys.topic(cell, name), self._on_query)
             self.session.declare_queryable(keys.command(cell, "*", "*"), self._on_query)
 
@@ -163,6 +176,8 @@ class Peer:
         body = self._note(query, verb)
         if verb in self.refusals:
             raise self.refusals[verb]
+        if self.checks_time and body.get("not_after_s", math.inf) < self.now_s:
+            raise Refusal(ErrorCode.STALE, "too late", now_s=self.now_s)
         if "cmd" not in parts:
             return self._about(verb, parts)
         handlers: dict[str, Callable[[Body, str], Strict]] = {
@@ -177,11 +192,13 @@ class Peer:
         return handlers[verb](body, parts[3])
 
     def _about(self, name: str, parts: list[str]) -> Strict:
-        now_s = time.monotonic()
+        now_s = self.now_s
         if name == "config":
             return self.cell
         if name == "state":
             return self.state()
+        if name == "events":
+            return Events(now_s=now_s, events=tuple(self.events))
         if name == "moves":
             return self.report(parts[3])
         return Info(
@@ -224,7 +241,7 @@ class Peer:
             raise Refusal(ErrorCode.LEASE_FENCED, "this lease has lapsed, was released or taken over")
 
     def _stamp(self, body: Body) -> dict[str, Any]:
-        return {"request_id": body["request_id"], "now_s": time.monotonic()}
+        return {"request_id": body["request_id"], "now_s": self.now_s}
 
     def _switch(self, body: Body, state: str) -> GroupReply:
         names = self._names(body["group"])
@@ -274,7 +291,7 @@ class Peer:
         status = move.ended or (MoveStatus.SUCCEEDED if progress == 1.0 else MoveStatus.EXECUTING)
         return MoveReport(
             move_id=move_id, group=move.group, status=status, progress=progress, reason=move.reason,
-            duration_s=move.duration_s, now_s=time.monotonic(),
+            duration_s=move.duration_s, now_s=self.now_s,
         )  # fmt: skip
 
     def label(self, name: str) -> str:
@@ -288,7 +305,7 @@ class Peer:
         return State(
             seq=seq,
             tick=1000,
-            now_s=time.monotonic(),
+            now_s=self.now_s,
             groups={group.name: self._group(group.name, len(group.axes)) for group in self.cell.groups},
             lease={name: self._holder(name) for name in self.cell.group_names},
             cycle=CycleReport(

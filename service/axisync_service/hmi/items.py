@@ -8,7 +8,7 @@ from axisync_service.actioner.ports import Incoming, Respond
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """A query about the cell: `state`, `info`, or `moves` with the id in `rest`."""
+    """A query about the cell: `state`, `info`, `events`, or `moves` with the id in `rest`."""
 
     name: str
     rest: str

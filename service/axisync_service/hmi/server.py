@@ -69,6 +69,7 @@ class Server:
         self._queryables.append(declare(keys.command(name, "*", "stop"), self._guarded(self._on_stop)))
         for topic, handler in (
             ("state", self._on_ask("state")), ("info", self._on_ask("info")), ("moves/*", self._on_ask("moves")),
+            ("events", self._on_ask("events")),
             ("config", self._on_static("config")), ("schema/*", self._on_static("schema")),
         ):  # fmt: skip
             self._queryables.append(declare(keys.topic(name, topic), self._guarded(handler)))

@@ -10,6 +10,7 @@ from support.cell_peer import Peer, free_port
 from support.command_line import Run
 
 STEP = ("--joint", "-5,0,0,0,0,0deg", "--relative")
+HELD_BY_ANN = "kingkong is held by ann: `axisync lease` shows the holders, --take takes over\n"
 QUICK = (*STEP, "--duration", "0.3")
 
 
@@ -81,7 +82,8 @@ def test_a_move_that_does_not_arrive(run: Run, peer: Peer, status: MoveStatus, m
     moved = run("move", "kingkong", *STEP, "--duration", "60")
     assert moved.code == 1
     assert moved.err.startswith("kingkong ")
-    assert moved.err.endswith(": because\n")
+    assert ": because" in moved.err
+    assert ("axisync resume kingkong" in moved.err) is (status is MoveStatus.HELD)
 
 
 def _ended(peer: Peer, report: object, move_id: str, status: MoveStatus) -> object:
@@ -126,7 +128,65 @@ def test_lease_shows_holders(run: Run, peer: Peer) -> None:
         refused = run("enable")
     assert "ann" in shown.out
     assert "free" in shown.out
-    assert (refused.code, refused.err) == (1, "kingkong is held by ann: `axisync lease` shows the holders\n")
+    assert (refused.code, refused.err) == (
+        1,
+        "kingkong is held by ann: `axisync lease` shows the holders, --take takes over\n",
+    )
+
+
+def test_a_lease_is_taken_over_by_any_command_that_needs_one(run: Run, peer: Peer) -> None:
+    with Client(peer.endpoint, user="ann") as client:
+        client.lease("kingkong", ttl_s=60.0)
+        assert run("enable", "kingkong", "--take").code == 0
+        client.lease("kingkong", ttl_s=60.0)
+        assert run("move", "kingkong", *QUICK).code == 1
+        assert run("move", "kingkong", *QUICK, "--take").code == 0
+    assert run("lease", "--take").code == 2
+
+
+def test_a_lease_lost_in_mid_move_is_one_sentence(run: Run, peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    run("enable", "kingkong")
+    report = peer.report
+
+    def taken(move_id: str) -> object:
+        peer.leases.clear()
+        return report(move_id)
+
+    monkeypatch.setattr(peer, "report", taken)
+    moved = run("move", "kingkong", *STEP, "--duration", "60")
+    assert moved.code == 1
+    assert moved.err.startswith(
+        "the lease on kingkong is lost (this lease has lapsed, was released or taken over): what"
+    )
+    assert moved.err.endswith("`axisync resume kingkong --take` goes on\n")
+    assert moved.err.count("\n") == 1
+
+
+def test_the_newest_events(run: Run, peer: Peer) -> None:
+    assert run("events").out == ""
+    peer.events = [peer.event(seq, f"number {seq}") for seq in range(1, 31)]
+    assert run("events").out.splitlines()[0] == "12:00:00 front kingkong move_accepted: number 11"
+    assert [line.split()[-1] for line in run("events", "--last", "2").out.splitlines()] == ["29", "30"]
+    assert run("events", "-n", "0").out == ""
+    assert run("events", "-n", "1", "--json").json["seq"] == 30
+
+
+def test_version(run: Run) -> None:
+    shown = run("--version")
+    assert (shown.code, shown.out.split()[0], shown.out.split()[-1]) == (0, "axisync", "1")
+
+
+def test_another_version_of_the_daemon_is_one_sentence(run: Run, peer: Peer) -> None:
+    peer.schema_versions = (7,)
+    shown = run("state")
+    assert (shown.code, shown.err.count("\n")) == (1, 1)
+    assert shown.err.startswith("the daemon (axisync 9.9) serves schema 7, this client (axisync ")
+    assert run("state", "--json").json["code"] == "UNSUPPORTED_SCHEMA"
+
+
+def test_every_command_is_explained_in_one_line(run: Run) -> None:
+    listed = run("--help").out.split("Commands:")[1].splitlines()
+    assert [line for line in listed if line.endswith("...")] == []
 
 
 def test_an_unknown_group_names_the_known(run: Run) -> None:

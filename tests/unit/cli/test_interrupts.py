@@ -97,8 +97,32 @@ def test_a_second_ctrl_c_leaves_at_once(peer: Peer, command: Command, monkeypatc
     assert process.returncode == 130
 
 
+def test_a_lease_is_held_until_ctrl_c(peer: Peer, command: Command) -> None:
+    process = command("lease", "kingkong")
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("anonymous holds kingkong until Ctrl-C")
+    assert peer.leases
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=20) == 130
+    assert not peer.leases
+
+
+def test_a_lease_that_is_taken_ends_the_command(peer: Peer, command: Command) -> None:
+    first = command("lease", "kingkong")
+    assert first.stdout is not None
+    first.stdout.readline()
+    second = command("lease", "kingkong", "--take", "--json")
+    assert second.stdout is not None
+    assert '"kingkong": "anonymous"' in second.stdout.readline()
+    _, errors = first.communicate(timeout=20)
+    assert (first.returncode, errors.count("\n")) == (1, 1)
+    assert "the lease on kingkong is lost" in errors
+    second.send_signal(signal.SIGINT)
+    assert second.wait(timeout=20) == 130
+
+
 def test_events_are_printed_until_ctrl_c(peer: Peer, command: Command) -> None:
-    process = command("events")
+    process = command("events", "--follow")
     assert process.stdout is not None
     line: list[str] = []
     end = time.monotonic() + 20.0

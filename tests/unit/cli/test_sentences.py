@@ -27,7 +27,7 @@ def refused(code: ErrorCode, message: str, **details: object) -> Refused:
         (
             refused(ErrorCode.LEASE_HELD, "kingkong is held by ann", group="kingkong"),
             "all",
-            "kingkong is held by ann: `axisync lease` shows the holders",
+            "kingkong is held by ann: `axisync lease` shows the holders, --take takes over",
         ),
         (
             refused(ErrorCode.INVALID_REQUEST, "no group 'x'.", groups=["a", "all"]),
@@ -36,7 +36,11 @@ def refused(code: ErrorCode, message: str, **details: object) -> Refused:
         ),
         (refused(ErrorCode.SOFT_LIMIT, "beyond the soft limit"), "kingkong", "beyond the soft limit"),
         (Unavailable("nobody answers", "is axisyncd running?"), None, "nobody answers: is axisyncd running?"),
-        (LeaseLost("lost", "acquire it again"), "k", "lost: acquire it again"),
+        (
+            LeaseLost("lost", "acquire it again"),
+            "k",
+            "lost: what moved is held, `axisync lease` shows the holders, `axisync resume k --take` goes on",
+        ),
     ],
 )
 def test_one_sentence_with_the_fix(error: Refused, group: str | None, sentence: str) -> None:

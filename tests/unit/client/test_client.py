@@ -18,6 +18,7 @@ from axisync_client import (
 )
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.programs import read_program
+from axisync_schemas.replies import State
 from support.cell_peer import Peer, free_port
 
 
@@ -67,10 +68,51 @@ def test_a_cell_that_is_not_there(peer: Peer) -> None:
 def test_a_daemon_of_another_schema() -> None:
     peer = Peer(schema_versions=(7,))
     try:
-        with pytest.raises(UnexpectedReply, match="serves schema 7, this client speaks schema 1"):
+        with pytest.raises(UnexpectedReply, match=r"axisync 9\.9\) serves schema 7, .* \(axisync .*\) speaks schema 1"):
             Client(peer.endpoint)
     finally:
         peer.close()
+
+
+def test_a_daemon_that_comes_back_with_another_schema(client: Client, peer: Peer) -> None:
+    peer.schema_versions = (7,)
+    peer.refusals["stop"] = Refusal(ErrorCode.UNSUPPORTED_SCHEMA, "schema 1 is not served", served=[7])
+    with pytest.raises(UnexpectedReply, match=r"serves schema 7, this client .* speaks schema 1: install the same"):
+        client.stop()
+
+
+def test_a_reply_that_cannot_be_read(client: Client, peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    class NewerState(State):
+        colour: str = "red"
+
+    report = NewerState(**dict(peer.state()))
+    monkeypatch.setattr(peer, "state", lambda: report)
+    with pytest.raises(UnexpectedReply, match=r"state cannot be read \(colour: .*probably of different versions"):
+        client.state()
+
+
+def test_a_clock_that_has_become_another_one_is_learned(client: Client, peer: Peer) -> None:
+    peer.clock_ahead_s = 1000.0
+    peer.checks_time = True
+    with client.lease("kingkong") as arm:
+        peer.clock_ahead_s = 2000.0
+        assert arm.enable().groups == {"kingkong": "standstill"}
+        first, second = [body for verb, _, body in peer.requests if verb == "enable"]
+        assert first["request_id"] != second["request_id"]
+        assert second["not_after_s"] - first["not_after_s"] == pytest.approx(1000.0, abs=10.0)
+
+
+def test_a_clock_that_stays_wrong_is_said(client: Client, peer: Peer) -> None:
+    peer.refusals["enable"] = Refusal(ErrorCode.STALE, "3.000 s too late")
+    with client.lease("kingkong") as arm, pytest.raises(Refused, match=r"STALE: 3\.000 s too late"):
+        arm.enable()
+    assert [verb for verb, _, _ in peer.requests].count("enable") == 2
+
+
+def test_the_newest_events(client: Client, peer: Peer) -> None:
+    assert client.recent_events() == ()
+    peer.events = [peer.event(seq, "happened") for seq in (4, 5)]
+    assert [event.seq for event in client.recent_events()] == [4, 5]
 
 
 def test_the_user_is_in_the_key(peer: Peer) -> None:
