@@ -15,6 +15,7 @@ class EventKind(StrEnum):
     MOVE_HELD = "move_held"
     MOVE_RESUMED = "move_resumed"
     OVERRIDE_SET = "override_set"
+    JOG_SPEED = "jog_speed"
     MOVE_STOPPING = "move_stopping"
     MOVE_ENDED = "move_ended"
     REQUEST_REFUSED = "request_refused"

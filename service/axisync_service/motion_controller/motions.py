@@ -12,6 +12,10 @@ from axisync_service.motion_controller.voice import Severity, Voice
 _STATUS = {Ending.SUCCEEDED: MoveStatus.SUCCEEDED, Ending.STOPPED: MoveStatus.STOPPED, Ending.FAILED: MoveStatus.FAILED}
 
 
+JOG_LAPSED = "not asked for in time"
+"""Why a jog ends whose client is silent."""
+
+
 class Motions:
     """The motions of all groups; a compound's groups share one."""
 
@@ -24,13 +28,14 @@ class Motions:
 
     def start(self, motion: Motion, duration_s: float) -> None:
         """The members begin to move."""
+        jogged = motion.jog_until_ns is not None
         for member in motion.members:
             group = self._groups[member]
             group.motion, group.reason = motion, None
-            self._voice.enter(group, GroupState.MOVING)
+            self._voice.enter(group, GroupState.JOGGING if jogged else GroupState.MOVING)
         override = self.rate_of(motion)
         motion.set_override(override)
-        text = f"move {motion.plan_id} of {motion.group} starts"
+        text = f"{'jog' if jogged else 'move'} {motion.plan_id} of {motion.group} starts"
         details: dict[str, Any] = {"plan_id": motion.plan_id, "duration_s": duration_s, "override": override}
         self._voice.say(EventKind.MOVE_STARTED, text, motion.group, **details)
 
@@ -40,6 +45,27 @@ class Motions:
             self.end(motion, Ending.STOPPED, reason)
         else:
             self.slow(motion, Ending.STOPPED, reason)
+
+    def hold(self, motion: Motion, reason: str) -> None:
+        """Brings a move to rest until it is resumed; a jog ends, since nobody may resume it but who holds the key."""
+        self.slow(motion, Ending.HELD if motion.jog_until_ns is None else Ending.STOPPED, reason)
+
+    def share(self, motion: Motion, share: float) -> None:
+        """A jog goes on at this share of the velocity that it was planned with."""
+        if share == motion.share:
+            return
+        motion.share = share
+        rate = self.rate_of(motion)
+        motion.set_override(rate)
+        text = f"jog {motion.plan_id} of {motion.group}: {100.0 * share:.4g} % of its velocity"
+        details: dict[str, Any] = {"plan_id": motion.plan_id, "share": share, "rate": rate}
+        self._voice.say(EventKind.JOG_SPEED, text, motion.group, **details)
+
+    def expire(self, now_ns: int) -> None:
+        """Stops jogs that nobody has asked for in time."""
+        for motion in self.all():
+            if motion.jog_until_ns is not None and motion.jog_until_ns < now_ns and not motion.slowing:
+                self.slow(motion, Ending.STOPPED, JOG_LAPSED)
 
     def slow(self, motion: Motion, ending: Ending, reason: str) -> None:
         """Brings the motion to rest on its path (GSTOP); what becomes of it then is `ending`."""
@@ -74,8 +100,8 @@ class Motions:
         self._voice.say(EventKind.OVERRIDE_SET, text, names, value=value, plans=plans)
 
     def rate_of(self, motion: Motion) -> float:
-        """The lowest override of its members."""
-        return min(self._groups[member].override for member in motion.members)
+        """The lowest override of its members; of a jog, times its share."""
+        return motion.share * min(self._groups[member].override for member in motion.members)
 
     def end(self, motion: Motion, ending: Ending, reason: str | None) -> None:
         """The move is over; a member with a fault of its own is latched, the others stand."""
@@ -119,7 +145,7 @@ class Motions:
         group.fault = group.fault or reason
         self._give_up_homing(group)
         motion = group.motion
-        if motion is not None and group.state in (GroupState.MOVING, GroupState.STOPPING):
+        if motion is not None and group.state in (GroupState.MOVING, GroupState.JOGGING, GroupState.STOPPING):
             self.slow(motion, Ending.FAILED, reason)
         elif motion is not None:
             self.end(motion, Ending.FAILED, reason)
