@@ -24,8 +24,8 @@ from axisync_schemas.replies import (
 
 DIRECTORY = Path(__file__).parent / "json"
 MODELS: tuple[type[Strict], ...] = (
-    Cell, LeaseRequest, GroupRequest, StopRequest, MoveRequest, JogRequest, DriveRequest, ErrorBody, LeaseReply, GroupReply,
-    MoveReply, JogReply, DriveReply, MoveReport, State, Info, CycleReport, Event, RequestLog, PlanLog,
+    Cell, LeaseRequest, GroupRequest, StopRequest, MoveRequest, JogRequest, DriveRequest, ErrorBody, LeaseReply,
+    GroupReply, MoveReply, JogReply, DriveReply, MoveReport, State, Info, CycleReport, Event, RequestLog, PlanLog,
 )  # fmt: skip
 
 

@@ -68,6 +68,10 @@ class DriveCommand(Strict):
     value: int | None = None
 
 
+JOG_RELEASED, JOG_LAPSED = "let go", "not asked for in time"
+"""Why a jog ends that its client ends, or replaces, and one whose client is silent: it may go on when asked."""
+
+
 class JogCommand(Strict):
     """A jog that is played goes on until `until_ns`, at `share` (0..1) of the velocity that it was planned with.
 

@@ -20,8 +20,8 @@ from axisync_schemas.internal import MAX_PACKET, Jog, PlanJob, PlanResult
 from axisync_schemas.memory import Control, Word
 from axisync_schemas.moves import JointMove, LinearMove, ToolPose
 from axisync_schemas.plan_slots import Plan, PlanError, read_plan, write_plan
-from axisync_service.planner.models import Models
 from axisync_service.planner.jog_plan import plan_jog
+from axisync_service.planner.models import Models
 from axisync_service.planner.move_plan import Planned, plan_move
 from axisync_service.process import ProcessContext, start
 

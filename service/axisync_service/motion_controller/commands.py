@@ -8,7 +8,7 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import DriveState, GroupState
 from axisync_schemas.errors import ErrorCode
 from axisync_schemas.events import EventKind
-from axisync_schemas.internal import BeginCommand, DriveCommand, GroupCommand, JogCommand, OverrideCommand
+from axisync_schemas.internal import JOG_RELEASED, BeginCommand, Command, DriveCommand, JogCommand, OverrideCommand
 from axisync_schemas.plan_slots import Plan, PlanError, PlanReader
 from axisync_service.drives.link import DriveLink
 from axisync_service.motion_controller.demand import Array, Inputs
@@ -22,15 +22,12 @@ from axisync_service.motion_controller.groups import (
 )  # fmt: skip
 from axisync_service.motion_controller.homing_commands import HomingCommands
 from axisync_service.motion_controller.motions import Motions
-from axisync_service.motion_controller.player import Ending, Motion
+from axisync_service.motion_controller.player import Motion
 from axisync_service.motion_controller.voice import Voice
 
 START_TOLERANCE = 1e-9
 """A plan must begin at the setpoint, rad: the planner was given its exact bits."""
 
-Command = GroupCommand | OverrideCommand | BeginCommand | DriveCommand | JogCommand
-JOG_RELEASED = "let go"
-"""Why a jog ends that its client ends, or replaces."""
 OpenPlan = Callable[[int, int], PlanReader]
 """Opens a plan slot that must hold the plan with this id; PlanError otherwise."""
 
@@ -208,9 +205,7 @@ class Commands:
             refusal = self._refusal(command, plan, inputs, setpoint)
             if refusal is None:
                 members = self._cell.members(command.group)
-                motion = Motion(
-                    plan, command.slot, command.group, members, self._cell.period, command.jog_until_ns
-                )
+                motion = Motion(plan, command.slot, command.group, members, self._cell.period, command.jog_until_ns)
                 self._motions.start(motion, plan.duration)
                 self._voice.done(command.ref)
             else:

@@ -5,15 +5,12 @@ from typing import Any
 from axisync_schemas.enumerations import GroupState, MoveStatus
 from axisync_schemas.errors import ErrorCode
 from axisync_schemas.events import EventKind
+from axisync_schemas.internal import JOG_LAPSED
 from axisync_service.motion_controller.groups import Goal, GroupMachine
 from axisync_service.motion_controller.player import Ending, Motion
 from axisync_service.motion_controller.voice import Severity, Voice
 
 _STATUS = {Ending.SUCCEEDED: MoveStatus.SUCCEEDED, Ending.STOPPED: MoveStatus.STOPPED, Ending.FAILED: MoveStatus.FAILED}
-
-
-JOG_LAPSED = "not asked for in time"
-"""Why a jog ends whose client is silent."""
 
 
 class Motions:
@@ -35,7 +32,7 @@ class Motions:
             self._voice.enter(group, GroupState.JOGGING if jogged else GroupState.MOVING)
         override = self.rate_of(motion)
         motion.set_override(override)
-        text = f"{'jog' if jogged else 'move'} {motion.plan_id} of {motion.group} starts"
+        text = f"{motion.kind} {motion.plan_id} of {motion.group} starts"
         details: dict[str, Any] = {"plan_id": motion.plan_id, "duration_s": duration_s, "override": override}
         self._voice.say(EventKind.MOVE_STARTED, text, motion.group, **details)
 
@@ -73,7 +70,7 @@ class Motions:
             return
         for member in motion.members:
             self._voice.enter(self._groups[member], GroupState.STOPPING)
-        text = f"move {motion.plan_id} slows: {reason}"
+        text = f"{motion.kind} {motion.plan_id} slows: {reason}"
         details: dict[str, Any] = {"plan_id": motion.plan_id, "reason": reason, "path_s": motion.path_s}
         self._voice.say(EventKind.MOVE_STOPPING, text, motion.group, **details)
 
@@ -84,7 +81,7 @@ class Motions:
             group = self._groups[member]
             group.reason = None
             self._voice.enter(group, GroupState.MOVING)
-        text = f"move {motion.plan_id} goes on"
+        text = f"{motion.kind} {motion.plan_id} goes on"
         details: dict[str, Any] = {"plan_id": motion.plan_id, "path_s": motion.path_s}
         self._voice.say(EventKind.MOVE_RESUMED, text, motion.group, **details)
 
@@ -115,7 +112,7 @@ class Motions:
                 group.reason = reason
                 self._voice.enter(group, GroupState.STANDSTILL)
         severity: Severity = "error" if ending is Ending.FAILED else "info"
-        text = f"move {motion.plan_id} of {motion.group} {status.value}" + (f": {reason}" if reason else "")
+        text = f"{motion.kind} {motion.plan_id} of {motion.group} {status.value}" + (f": {reason}" if reason else "")
         details: dict[str, Any] = {"plan_id": motion.plan_id, "status": status.value, "reason": reason}
         self._voice.say(EventKind.MOVE_ENDED, text, motion.group, severity, **details)
 

@@ -48,6 +48,11 @@ class Motion:
         self._clock = PathClock(trajectory, RateTables(plan.rate_codes, plan.rate_limits), period_s)
 
     @property
+    def kind(self) -> str:
+        """A word for it."""
+        return "move" if self.jog_until_ns is None else "jog"
+
+    @property
     def path_s(self) -> float:
         """Path parameter, s."""
         return min(self._clock.s, self._duration)

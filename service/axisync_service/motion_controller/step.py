@@ -8,9 +8,10 @@ from collections.abc import Mapping
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.events import EventKind
+from axisync_schemas.internal import Command
 from axisync_service.drives.link import DriveLink
 from axisync_service.mapper.counts import CountMap
-from axisync_service.motion_controller.commands import Command, Commands, OpenPlan
+from axisync_service.motion_controller.commands import Commands, OpenPlan
 from axisync_service.motion_controller.demand import Inputs, Setpoints
 from axisync_service.motion_controller.foreign import Foreign, Notice
 from axisync_service.motion_controller.groups import DISABLE_TIMEOUT_NS, Goal, GroupMachine

@@ -66,9 +66,7 @@ class Sampled:
 class Guard:
     """Checks the motions of one job: with everything else of the cell at rest, and with other groups on their paths."""
 
-    def __init__(
-        self, cell: Cell, model: CollisionModel, group: str, rest: Array, margin: float | None = None
-    ) -> None:
+    def __init__(self, cell: Cell, model: CollisionModel, group: str, rest: Array, margin: float | None = None) -> None:
         """`margin` (m): to keep along paths; the cell file's where it is None."""
         self._cell, self._model, self._group, self._rest = cell, model, group, rest
         self._axes = cell.axis_indices(group)

@@ -47,7 +47,9 @@ def plan_jog(models: Models, job: PlanJob, others: tuple[Plan, ...] = ()) -> Pla
     _check_room(job.group, way)
     near, contacts = _surroundings(models, job)
     try:
-        return _as_far(models, job, way, Guard(models.cell, models.collision, job.group, np.array(job.rest)), contacts, others)
+        return _as_far(
+            models, job, way, Guard(models.cell, models.collision, job.group, np.array(job.rest)), contacts, others
+        )
     except Refusal as refusal:
         margin = models.cell.geometry.margin
         if refusal.code is not ErrorCode.COLLISION or near is None or near.distance > margin + NEAR:

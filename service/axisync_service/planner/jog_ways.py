@@ -194,10 +194,11 @@ def tool_way(models: Models, group: str, jog: Jog, start: Array) -> Way:
         raise Refusal(ErrorCode.INVALID_REQUEST, message, errors=[fault])
     (member,) = members
     assert jog.space != "joint"
+    space: Frame = jog.space
     twist = np.zeros(6)
     twist[: len(jog.velocity)] = jog.velocity
     tool = member.kinematics().placement(start)
-    frame = placement_of(jog.space, member.kinematics(), tool)
+    frame = placement_of(space, member.kinematics(), tool)
     times = _times(twist)
     followed = _followed(member, frame, tool, twist, times, start)
     count = len(followed.angles)
@@ -205,7 +206,7 @@ def tool_way(models: Models, group: str, jog: Jog, start: Array) -> Way:
     rough = Way(times[:count], followed.angles, Pace(1.0, 1.0, 1.0), _no_leg, end)
     way, share, by = _slowed(member, rough)
     pace = _tool_pace(member, twist, way, share, by)
-    return replace(way, pace=pace, leg_to=lambda time: _tool_leg(models, group, jog.space, twist, time, start, pace))
+    return replace(way, pace=pace, leg_to=lambda time: _tool_leg(models, group, space, twist, time, start, pace))
 
 
 def _times(twist: Array) -> Array:

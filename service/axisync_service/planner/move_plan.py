@@ -11,7 +11,7 @@ from axisync_motion.rate_tables import rate_tables
 from axisync_motion.trajectory import Trajectory, concatenate
 from axisync_schemas.cell import Axis
 from axisync_schemas.errors import ErrorCode, Refusal
-from axisync_schemas.internal import PlanJob
+from axisync_schemas.internal import Jog, PlanJob
 from axisync_schemas.moves import Dwell, JointMove, SequenceMove, Step
 from axisync_schemas.plan_slots import Plan
 from axisync_schemas.replies import AloneReport, JogAhead, MoveReply, StepReport
@@ -54,6 +54,8 @@ def plan_move(models: Models, job: PlanJob, others: tuple[Plan, ...] = ()) -> Pl
         Refusal: see `joint_leg`, `cartesian_leg`; JOINT_LIMIT (a drive left alone could leave its hard limits),
             COLLISION. Of a sequence it names the step (`step`, from 0), and times count from the step's begin.
     """
+    if isinstance(job.move, Jog):
+        raise TypeError("a jog is planned by plan_jog")
     guard = Guard(models.cell, models.collision, job.group, np.array(job.rest))
     steps: Sequence[Step] = job.move.steps if isinstance(job.move, SequenceMove) else (job.move,)
     start = np.array(job.start)
