@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from axisync_cli import drive_commands, group_commands, move_commands, sentences, view_commands
+from axisync_cli import drive_commands, group_commands, jog_command, move_commands, sentences, view_commands
 from axisync_cli.options import hoist
 from axisync_cli.terminal import Terminal
 from axisync_client import AxisyncError, InvalidArgument
@@ -45,6 +45,7 @@ def _global_options(
 view_commands.add_to(app)
 group_commands.add_to(app)
 move_commands.add_to(app)
+jog_command.add_to(app)
 drive_commands.add_to(app)
 
 
