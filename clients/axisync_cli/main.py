@@ -11,6 +11,7 @@ import typer
 from axisync_cli import (
     drive_commands,
     group_commands,
+    jog_command,
     lease_commands,
     move_commands,
     review_commands,
@@ -66,6 +67,7 @@ view_commands.add_to(app)
 lease_commands.add_to(app)
 group_commands.add_to(app)
 move_commands.add_to(app)
+jog_command.add_to(app)
 drive_commands.add_to(app)
 review_commands.add_to(app)
 

@@ -41,12 +41,13 @@ class Place:
     position: tuple[float, ...]
 
 
-def _numbers(parse: Callable[[str], tuple[float, ...]]) -> Callable[[Any], Any]:
+def numbers(parse: Callable[[str], tuple[float, ...]]) -> Callable[[Any], Any]:
+    """A parser of `Numbers`, for an option."""
     return in_words(lambda text: Numbers(parse(text)))
 
 
 def _option(flag: str, metavar: str, parse: Callable[[str], tuple[float, ...]], text: str) -> Any:
-    return typer.Option(flag, metavar=metavar, parser=_numbers(parse), help=text)
+    return typer.Option(flag, metavar=metavar, parser=numbers(parse), help=text)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 ANGLES = {"deg": math.pi / 180.0, "rad": 1.0}
 LENGTHS = {"mm": 1e-3, "m": 1.0}
+TURNING = ANGLES | {"deg/s": math.pi / 180.0, "rad/s": 1.0}
+SPEEDS = LENGTHS | {"mm/s": 1e-3, "m/s": 1.0}
 DURATIONS = {"s": 1.0, "ms": 1e-3}
 PICTURES = (".svg", ".png")
 
@@ -80,6 +82,21 @@ def angular_limits(text: str) -> tuple[float, ...]:
     return _counted(text, _list(text, ANGLES, "rad"), "velocity, acceleration and jerk")
 
 
+def joint_velocity(text: str) -> tuple[float, ...]:
+    """`0,0,5deg,0,0,0` or `deg/s`: rad/s; beside a value with a unit zeros need none."""
+    return _list(_with_zeros(text, TURNING), TURNING, "rad/s")
+
+
+def tool_velocity(text: str) -> tuple[float, ...]:
+    """`20,0,0mm` or `mm/s`: along x, y, z in m/s."""
+    return _counted(text, _list(_with_zeros(text, SPEEDS), SPEEDS, "m/s"), "along x, y and z")
+
+
+def turn_velocity(text: str) -> tuple[float, ...]:
+    """`0,0,5deg` or `deg/s`: about x, y, z in rad/s."""
+    return _counted(text, _list(_with_zeros(text, TURNING), TURNING, "rad/s"), "about x, y and z")
+
+
 def member_and_point(text: str) -> tuple[str | None, tuple[float, ...]]:
     """`300,0,120mm`, or `kingkong=300,0,120mm` for one group of a compound."""
     name, equals, rest = text.rpartition("=")
@@ -144,6 +161,17 @@ def _list(text: str, units: dict[str, float], default: str) -> tuple[float, ...]
             "or one at each (0rad,90deg,0rad)"
         )
     return tuple(_scaled(number, units.get(unit or "", 1.0)) for (number, _), unit in zip(values, names, strict=True))
+
+
+def _with_zeros(text: str, units: dict[str, float]) -> str:
+    """Zeros without a unit get that of the others, where the last value does not give its own to all."""
+    values = [_split(part, units) for part in text.split(",")]
+    named = {unit for _, unit in values if unit is not None}
+    if values[-1][1] is not None or len(named) != 1:
+        return text
+    (unit,) = named
+    parts = zip(text.split(","), values, strict=True)
+    return ",".join(f"0{unit}" if value == (0.0, None) else part for part, value in parts)
 
 
 def _counted(text: str, values: tuple[float, ...], what: str, count: int = 3) -> tuple[float, ...]:

@@ -2,7 +2,7 @@
 
 from axisync_client import AxisyncError, ErrorCode, LeaseLost, Refused
 from axisync_schemas.enumerations import MoveStatus
-from axisync_schemas.replies import MoveReply, MoveReport
+from axisync_schemas.replies import JogReply, MoveReply, MoveReport
 
 _WHAT_TO_TYPE = {
     ErrorCode.NOT_ENABLED: "run `axisync enable {group}`",
@@ -65,3 +65,11 @@ def of_ending(report: MoveReport) -> str:
 def of_states(groups: dict[str, str]) -> str:
     """`kingkong standstill, wukong disabled`."""
     return ", ".join(f"{name} {state}" for name, state in groups.items())
+
+
+def of_jog(reply: JogReply) -> str:
+    """Printed when a jog has begun."""
+    ahead = reply.ahead
+    slowed = f", slower than asked: {ahead.limited_by}" if ahead is not None and ahead.limited_by else ""
+    ends = f"; the way ends where {ahead.ends_at}" if ahead is not None and ahead.ends_at else ""
+    return f"{reply.group} is jogged{slowed}{ends} (Ctrl-C stops)"

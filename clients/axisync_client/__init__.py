@@ -29,6 +29,7 @@ from axisync_client.errors import (
     Unavailable,
     UnexpectedReply,
 )
+from axisync_client.jog import Jog
 from axisync_client.lease import Lease
 from axisync_client.move import Move
 from axisync_client.moves import pose
@@ -51,6 +52,7 @@ __all__ = [
     "ErrorCode",
     "GroupState",
     "InvalidArgument",
+    "Jog",
     "Lease",
     "LeaseLost",
     "Lissajous",

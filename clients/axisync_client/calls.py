@@ -15,8 +15,16 @@ from axisync_client.moves import AnyMove, build
 from axisync_schemas import keys
 from axisync_schemas.base import NAME_PATTERN, Strict
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, OverrideRequest, Request, StopRequest
-from axisync_schemas.replies import Events, GroupReply, Info, LeaseReply, MoveReply, MoveReport, State
+from axisync_schemas.commands import (
+    GroupRequest,
+    JogRequest,
+    LeaseRequest,
+    MoveRequest,
+    OverrideRequest,
+    Request,
+    StopRequest,
+)
+from axisync_schemas.replies import Events, GroupReply, Info, JogReply, LeaseReply, MoveReply, MoveReport, State
 
 R = TypeVar("R", bound=Strict)
 
@@ -39,6 +47,7 @@ class Call(Generic[R]):
         request: the command's body; None for a query.
         timeout_s: how long to wait, or None for the client's own time-out.
         expires: the command must not be carried out after the client has given up.
+        fresh_s: nor so long after it was sent.
     """
 
     name: str
@@ -46,6 +55,7 @@ class Call(Generic[R]):
     request: Request | None = None
     timeout_s: float | None = None
     expires: bool = False
+    fresh_s: float | None = None
 
     def key(self, cell: str, user: str) -> str:
         """Where the question goes."""
@@ -130,6 +140,14 @@ def override(group: str, value: float, token: str) -> Call[GroupReply]:
     """The rate at which a group runs along its paths, 0..1."""
     request = build(OverrideRequest, group=group, value=float(value), lease=token)
     return Call("override", GroupReply, request, expires=True)
+
+
+def jog(
+    group: str, space: str, velocity: tuple[float, ...], ttl_s: float, token: str, timeout_s: float | None = None
+) -> Call[JogReply]:
+    """A sign of life of whoever jogs; one that is as old as its own time is none any more."""
+    request = build(JogRequest, group=group, space=space, velocity=velocity, ttl_s=float(ttl_s), lease=token)
+    return Call("jog", JogReply, request, timeout_s, expires=True, fresh_s=ttl_s)
 
 
 def home(cell: Cell, group: str, token: str) -> Call[GroupReply]:

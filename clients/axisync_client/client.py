@@ -238,7 +238,7 @@ class Client:
     def _ask_once(self, call: Call[R], urgent: bool) -> R:
         timeout_s = self.timeout_s if call.timeout_s is None else call.timeout_s
         sent_s = time.monotonic()
-        payload = call.payload(self._clock.at(sent_s + timeout_s))
+        payload = call.payload(self._clock.at(sent_s + (timeout_s if call.fresh_s is None else call.fresh_s)))
         answer = self._link.query(call.key(self.cell, self.user), payload, timeout_s, urgent=urgent)
         if answer.error is not None:
             raise Refused(answer.error)

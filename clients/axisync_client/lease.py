@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Self, TypeVar, Unpack
 from axisync_client import calls, moves
 from axisync_client.calls import Call
 from axisync_client.errors import AxisyncError, InvalidArgument, LeaseLost, Refused
+from axisync_client.jog import Jog, Space
 from axisync_client.move import Move
 from axisync_client.moves import AnyMove, JointOptions, LinearOptions, PathOptions, Place
 from axisync_client.program import load
 from axisync_client.renewal import Renewal
+from axisync_client.units import Floats
 from axisync_schemas.base import Strict
 from axisync_schemas.errors import ErrorCode
 from axisync_schemas.moves import Curve, Dwell, SingleMove
@@ -185,6 +187,17 @@ class Lease:
         """
         loaded = load(program)
         return self.move(loaded.move, group=loaded.group, speed_scale=loaded.speed_scale * speed_scale)
+
+    def jog(self, group: str | None = None, *, space: Space = "joint", velocity: Floats, ttl_s: float = 0.2) -> Jog:
+        """Moves a group for the length of a `with` block: `axisync_client.jog.Jog`.
+
+        Args:
+            group: needed only where the lease is on several groups.
+            space: joint: one velocity for each axis. tool, base, body: the tool along and about x, y, z of that frame.
+            velocity: rad/s; or three values in m/s, and three more in rad/s where it also turns.
+            ttl_s: the group stops when the daemon hears nothing for so long.
+        """
+        return Jog(self._command, self.token, self._group(group), space, velocity, ttl_s)
 
     def stop(self, group: str | None = None) -> GroupReply:
         """Stops the lease's groups, or one of them, on their paths. Works with a lost lease, too."""

@@ -182,6 +182,12 @@ class PathSettings(Strict):
     scale_max: float = Field(ge=1.0, le=1000.0, default=20.0)
 
 
+class JogSettings(Strict):
+    """How fast a group is jogged at most: its tool's centre, by any jog (a person may be near)."""
+
+    tool_speed_max: Positive = Field(alias="tool_speed_max_m_s", default=0.25)
+
+
 class Group(Strict):
     """Axes that move together under one path clock. `tool`: the tool's frame in the flange's, the last link's frame."""
 
@@ -190,6 +196,7 @@ class Group(Strict):
     tool: Pose = Pose()
     urdf: Urdf | None = None
     path: PathSettings = PathSettings()
+    jog: JogSettings = JogSettings()
     homing_together: bool = False
     """`home` homes all axes at once, instead of one after the other in the order of the file."""
     axes: tuple[Axis, ...] = Field(min_length=1, max_length=64)

@@ -6,7 +6,7 @@ from uuid import UUID, uuid4
 from pydantic import Field
 
 from axisync_schemas.base import Name, Strict
-from axisync_schemas.moves import Move
+from axisync_schemas.moves import MAX_AXES, Move
 
 MAX_REQUEST_BYTES = 64 * 1024
 
@@ -68,6 +68,22 @@ class DriveRequest(LeasedRequest):
     axis: Name
     object: str = Field(min_length=1, max_length=128)
     value: int | float | Annotated[str, Field(max_length=256)] | None = None
+
+
+class JogRequest(LeasedRequest):
+    """Moves a group as long as this is repeated, ten times a second or more; one with another velocity replaces it.
+
+    Attributes:
+        space: joint: one velocity for each axis, rad/s. tool, base, body: along and about the axes of the tool's frame
+            as the motion begins, the arm's base, or O: x, y, z in m/s, then, where it turns, about x, y, z in rad/s.
+        velocity: as `space` has it; all zeros ends the jog, and is answered when the group stands.
+        ttl_s: from when it is received; without another by then the group stops.
+    """
+
+    group: Name
+    space: Literal["joint", "tool", "base", "body"] = "joint"
+    velocity: tuple[float, ...] = Field(min_length=1, max_length=MAX_AXES)
+    ttl_s: float = Field(default=0.2, ge=0.05, le=1.0)
 
 
 class MoveRequest(LeasedRequest):

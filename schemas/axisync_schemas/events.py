@@ -16,6 +16,7 @@ class EventKind(StrEnum):
     MOVE_RESUMED = "move_resumed"
     OVERRIDE_SET = "override_set"
     RATE_RELAXED = "rate_relaxed"
+    JOG_SPEED = "jog_speed"
     MOVE_STOPPING = "move_stopping"
     MOVE_ENDED = "move_ended"
     REQUEST_REFUSED = "request_refused"

@@ -6,7 +6,7 @@ from typing import Any
 
 from axisync_schemas.base import Strict
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import DriveRequest, GroupRequest, LeaseRequest, MoveRequest, StopRequest
+from axisync_schemas.commands import DriveRequest, GroupRequest, JogRequest, LeaseRequest, MoveRequest, StopRequest
 from axisync_schemas.errors import ErrorBody
 from axisync_schemas.log_models import LogLine, PlanLog, RequestLog
 from axisync_schemas.replies import (
@@ -16,6 +16,7 @@ from axisync_schemas.replies import (
     Events,
     GroupReply,
     Info,
+    JogReply,
     LeaseReply,
     MoveReply,
     MoveReport,
@@ -24,8 +25,9 @@ from axisync_schemas.replies import (
 
 DIRECTORY = Path(__file__).parent / "json"
 MODELS: tuple[type[Strict], ...] = (
-    Cell, LeaseRequest, GroupRequest, StopRequest, MoveRequest, DriveRequest, ErrorBody, LeaseReply, GroupReply,
-    MoveReply, DriveReply, MoveReport, State, Info, CycleReport, Event, Events, RequestLog, PlanLog, LogLine,
+    Cell, LeaseRequest, GroupRequest, StopRequest, MoveRequest, JogRequest, DriveRequest, ErrorBody, LeaseReply,
+    GroupReply, MoveReply, JogReply, DriveReply, MoveReport, State, Info, CycleReport, Event, Events, RequestLog,
+    PlanLog, LogLine,
 )  # fmt: skip
 
 

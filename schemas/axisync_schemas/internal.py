@@ -12,7 +12,7 @@ from pydantic import Field, TypeAdapter
 from axisync_schemas.base import Name, Strict
 from axisync_schemas.errors import ErrorBody
 from axisync_schemas.moves import Move
-from axisync_schemas.replies import Event, MoveReply
+from axisync_schemas.replies import Event, JogAhead, MoveReply
 
 MAX_PACKET = 128 * 1024
 
@@ -46,6 +46,8 @@ class BeginCommand(Strict):
     """Lease epoch of each member group, in the order of `Cell.members`."""
     stop_counts: tuple[int, ...] = ()
     """STOP_COUNT of each member when the move was asked for: a stop since then wins over the move."""
+    jog_until_ns: int | None = None
+    """Of a jog: without a `JogCommand` by then it stops."""
 
 
 class DriveCommand(Strict):
@@ -66,10 +68,27 @@ class DriveCommand(Strict):
     value: int | None = None
 
 
-ControllerCommand = Annotated[GroupCommand | OverrideCommand | BeginCommand | DriveCommand, Field(discriminator="op")]
-CONTROLLER_COMMAND: TypeAdapter[GroupCommand | OverrideCommand | BeginCommand | DriveCommand] = TypeAdapter(
-    ControllerCommand
-)
+JOG_RELEASED, JOG_LAPSED = "let go", "not asked for in time"
+"""Why a jog ends that its client ends, or replaces, and one whose client is silent: it may go on when asked."""
+
+
+class JogCommand(Strict):
+    """A jog that is played goes on until `until_ns`, at `share` (0..1) of the velocity that it was planned with.
+
+    A share of 0 ends it. Answered at once.
+    """
+
+    op: Literal["jog"] = "jog"
+    ref: int
+    group: Name
+    plan_id: int
+    until_ns: int
+    share: float
+
+
+Command = GroupCommand | OverrideCommand | BeginCommand | DriveCommand | JogCommand
+ControllerCommand = Annotated[Command, Field(discriminator="op")]
+CONTROLLER_COMMAND: TypeAdapter[Command] = TypeAdapter(ControllerCommand)
 
 
 class ControllerReply(Strict):
@@ -100,6 +119,14 @@ class Reserved(Strict):
     plan_id: int
 
 
+class Jog(Strict):
+    """A jog, as `JogRequest` has it: planned as a straight way, as far as it may go."""
+
+    kind: Literal["jog"] = "jog"
+    space: Literal["joint", "tool", "base", "body"]
+    velocity: tuple[float, ...]
+
+
 class PlanJob(Strict):
     """Plan `move` for `group` from `start` into plan slot `slot` (None: only say what it would be).
 
@@ -115,7 +142,7 @@ class PlanJob(Strict):
     start: tuple[float, ...]
     rest: tuple[float, ...]
     reserved: tuple[Reserved, ...] = ()
-    move: Move
+    move: Move | Jog
     speed_scale: float
 
 
@@ -124,6 +151,7 @@ class PlanResult(Strict):
 
     ref: int
     plan: MoveReply | None = None
+    jog: JogAhead | None = None
     error: ErrorBody | None = None
 
 

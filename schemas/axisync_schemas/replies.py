@@ -99,6 +99,34 @@ class MoveReply(Reply):
     warnings: tuple[str, ...] = ()
 
 
+class JogAhead(Strict):
+    """What a jog is planned as: a straight way that ends at rest.
+
+    Attributes:
+        velocity: what is in force, in the order of the request; below what was asked for where `limited_by` says why.
+        ends_at: what the way ends at; None where that is only how far one plan goes.
+    """
+
+    velocity: tuple[float, ...]
+    limited_by: str | None = None
+    ends_at: str | None = None
+
+
+class JogReply(Reply):
+    """Where a jog is.
+
+    Attributes:
+        state: starting: being planned, or waiting until the motion before it rests. moving: as asked, until the time of
+            this request is over. standing: ended by a velocity of zero.
+        move_id, ahead: of the motion under way.
+    """
+
+    group: str
+    state: Literal["starting", "moving", "standing"]
+    move_id: str | None = None
+    ahead: JogAhead | None = None
+
+
 class MoveReport(Strict):
     """`moves/<move_id>`: where a move is in its life."""
 

@@ -35,12 +35,22 @@ _LIMIT_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
+class Ended:
+    """Why a path is not followed any farther: `joint` is at its limit; or else the tool is at the end of its reach, or
+    there is a singularity."""
+
+    joint: int | None = None
+    singular: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Followed:
     """Joint angles [k, n], rad, continuous from the start configuration; `branch` at the start, 0 to 7, None for
-    numeric ones."""
+    numeric ones; `ended`: None where the whole path is followed."""
 
     angles: Array
     branch: int | None
+    ended: Ended | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +81,26 @@ def follow_branch(inverse: UrInverse, poses: ArrayLike, start: ArrayLike, step_m
         StartsElsewhere: the start is not at the first pose.
         Unreachable, BranchChange, Singular, LimitReached: at the first sample to which the joints cannot go on.
     """
+    problem, branch, best = _farthest(inverse, poses, start, step_max)
+    if best.count == len(problem.poses):
+        return Followed(best.angles, branch)
+    raise best.refusal(problem)
+
+
+def follow_while(inverse: UrInverse, poses: ArrayLike, start: ArrayLike, step_max: float = STEP_MAX) -> Followed:
+    """As `follow_branch`, but only as far as that goes: angles [m, n] of the first m <= k poses, and what ends them.
+
+    Raises:
+        StartsElsewhere, Unreachable: the start is not at the first pose.
+    """
+    problem, branch, best = _farthest(inverse, poses, start, step_max)
+    return Followed(best.angles[: best.count], branch, best.ended(problem))
+
+
+def _farthest(
+    inverse: UrInverse, poses: ArrayLike, start: ArrayLike, step_max: float
+) -> tuple["_Problem", int, "_Track"]:
+    """The branch at the start that goes farthest, and how far."""
     targets, first = np.asarray(poses, dtype=np.float64), np.asarray(start, dtype=np.float64)
     apart, turn = (float(x) for x in distances(inverse.forward(first), targets[0]))
     if max(apart, turn) > START_TOLERANCE:
@@ -83,9 +113,7 @@ def follow_branch(inverse: UrInverse, poses: ArrayLike, start: ArrayLike, step_m
     branches = np.flatnonzero(off <= off.min() + _MEET).tolist()
     tracks = {branch: _route(problem, branch) for branch in branches}
     branch, best = max(tracks.items(), key=lambda item: (item[1].count, -item[1].travel))
-    if best.count == len(targets):
-        return Followed(best.angles, branch)
-    raise best.refusal(problem)
+    return problem, branch, best
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +135,14 @@ class _Track:
         """What ends it is a joint's limit: nothing else is wrong with sample `count`."""
         step = self.angles[self.count] - self.angles[max(0, self.count - 1)]
         return self.reachable and bool(np.abs(step).max() <= self.step_max)
+
+    def ended(self, problem: _Problem) -> Ended | None:
+        """What ends it, found without a search for the nearest reachable pose."""
+        if self.count == len(problem.poses):
+            return None
+        if self.limited:
+            return Ended(joint=limit_reached(problem.inverse, self.angles[self.count], self.count).joint)
+        return Ended(singular=bool(problem.reachable[self.count].any()))
 
     def refusal(self, problem: _Problem) -> PathRefused:
         """Why sample `count` fails."""

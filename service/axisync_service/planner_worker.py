@@ -16,12 +16,13 @@ from axisync_motion import backend
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import Phase
 from axisync_schemas.errors import ErrorCode, Refusal
-from axisync_schemas.internal import MAX_PACKET, PlanJob, PlanResult
+from axisync_schemas.internal import MAX_PACKET, Jog, PlanJob, PlanResult
 from axisync_schemas.memory import Control, Word
 from axisync_schemas.moves import JointMove, LinearMove, ToolPose
 from axisync_schemas.plan_slots import Plan, PlanError, PlanTooLarge, read_plan, write_plan
+from axisync_service.planner.jog_plan import plan_jog
 from axisync_service.planner.models import Models
-from axisync_service.planner.move_plan import plan_move
+from axisync_service.planner.move_plan import Planned, plan_move
 from axisync_service.process import ProcessContext, start
 
 log = logging.getLogger(__name__)
@@ -34,10 +35,10 @@ SEND_S = 1.0
 def solve(models: Models, plans: mmap.mmap, job: PlanJob) -> PlanResult:
     """Plans `job` and writes the plan into its slot. Every fault becomes an answer."""
     try:
-        planned = plan_move(models, job, others(plans, job))
+        planned = plan_any(models, job, others(plans, job))
         if planned.plan is not None and job.slot is not None:
             write_plan(plans, job.slot, planned.plan)
-        return PlanResult(ref=job.ref, plan=planned.reply)
+        return PlanResult(ref=job.ref, plan=planned.reply, jog=planned.jog)
     except Refusal as refusal:
         return PlanResult(ref=job.ref, error=refusal.body())
     except PlanTooLarge as error:
@@ -47,6 +48,15 @@ def solve(models: Models, plans: mmap.mmap, job: PlanJob) -> PlanResult:
         log.exception("planning failed group=%s plan_id=%d", job.group, job.plan_id)
         message = f"planning failed: {type(error).__name__}"
         return PlanResult(ref=job.ref, error=Refusal(ErrorCode.INTERNAL, message).body())
+
+
+def plan_any(models: Models, job: PlanJob, reserved: tuple[Plan, ...] = ()) -> Planned:
+    """A move, or a jog.
+
+    Raises:
+        Refusal: see `plan_move` and `plan_jog`.
+    """
+    return plan_jog(models, job, reserved) if isinstance(job.move, Jog) else plan_move(models, job, reserved)
 
 
 def others(plans: mmap.mmap, job: PlanJob) -> tuple[Plan, ...]:
@@ -142,6 +152,11 @@ def warm_up(models: Models) -> None:
             job = PlanJob(ref=0, group=name, plan_id=0, slot=0, start=start, rest=rest, move=move, speed_scale=1.0)
             with contextlib.suppress(Refusal):
                 plan_move(models, job)
+        for space, velocity in (("joint", (0.1,) * len(start)), ("base", (0.0, 0.0, 0.01))):
+            jog = Jog.model_validate({"space": space, "velocity": velocity})
+            job = PlanJob(ref=0, group=name, plan_id=0, slot=0, start=start, rest=rest, move=jog, speed_scale=1.0)
+            with contextlib.suppress(Refusal):
+                plan_jog(models, job)
 
 
 def _arms(models: Models, name: str) -> list[str]:

@@ -10,14 +10,13 @@ from pathlib import Path
 
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import Phase
-from axisync_schemas.internal import CONTROLLER_MESSAGE, ControllerReply
+from axisync_schemas.internal import CONTROLLER_MESSAGE, Command, ControllerReply
 from axisync_schemas.log_models import PlanLog
 from axisync_schemas.memory import Control, Mailbox, TimingRing, Word, region_sizes
 from axisync_schemas.plan_slots import Plan, codes_as_text
 from axisync_schemas.tick_ring import TickRing, slots_for
 from axisync_schemas.ticks import Records, TickLayout
 from axisync_service.controller import Memory, build, open_ports
-from axisync_service.motion_controller.commands import Command
 from axisync_service.motion_controller.cycle import Cycle
 from axisync_service.motion_controller.plan_file import PlanFile, store
 from axisync_service.motion_controller.voice import Happening

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import GroupRequest, LeaseRequest, MoveRequest, OverrideRequest, Request
+from axisync_schemas.commands import GroupRequest, JogRequest, LeaseRequest, MoveRequest, OverrideRequest, Request
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.events import EventKind
 from axisync_schemas.internal import ControllerEvent, ControllerReply, GroupCommand, OverrideCommand, PlanResult
@@ -13,6 +13,7 @@ from axisync_service.actioner import admission
 from axisync_service.actioner.controller_calls import TIMEOUT_NS, ControllerCalls
 from axisync_service.actioner.desk import Call, Desk
 from axisync_service.actioner.drive_objects import DriveObjects
+from axisync_service.actioner.jogger import Jogger
 from axisync_service.actioner.leases import Lease, Leases
 from axisync_service.actioner.mover import Mover
 from axisync_service.actioner.moves import report
@@ -37,11 +38,13 @@ class Actioner:
         self.leases = Leases(cell.group_names, epochs)
         self._calls = ControllerCalls(ports, self._desk)
         self._mover = Mover(cell, ports, self._desk, self.leases, self._calls, first_plan_id)
+        self._jogger = Jogger(cell, ports, self._desk, self.leases, self._calls, self._mover)
         self._drives = DriveObjects(cell, self._desk, self.leases, self._calls)
         self._was_up = False
         self._handlers: dict[str, Handler] = {
             "move": self._move,
             "plan": self._move,
+            "jog": self._jog,
             "enable": self._group,
             "disable": self._group,
             "reset": self._group,
@@ -65,6 +68,7 @@ class Actioner:
         elif self._was_up:
             self._calls.on_down(world)
             self._mover.on_controller_down()
+            self._jogger.on_controller_down(world)
         self._was_up = world.up
 
     def on_command(self, incoming: Incoming, world: World) -> None:
@@ -94,6 +98,7 @@ class Actioner:
         elif message.event.kind == EventKind.MOVE_ENDED:
             details = message.event.details
             self._mover.on_ended(details.get("plan_id"), details.get("status"), details.get("reason"))
+            self._jogger.on_ended(details.get("plan_id"), details.get("reason"), world)
 
     def on_plan(self, result: PlanResult, world: World) -> None:
         """The planner has answered."""
@@ -108,6 +113,7 @@ class Actioner:
         self._lapse(world.now_ns)
         self._calls.on_time(world)
         self._mover.planner.on_time(world.now_ns)
+        self._jogger.on_time(world)
 
     def find_move(self, move_id: str, now_ns: int) -> MoveReport:
         """`moves/<move_id>`.
@@ -136,6 +142,9 @@ class Actioner:
         if call.verb == "move":
             admission.check_logged(world)
         self._mover.handle(call, _as(MoveRequest, call.request), world)
+
+    def _jog(self, call: Call, world: World) -> None:
+        self._jogger.handle(call, _as(JogRequest, call.request), world)
 
     def _group(self, call: Call, world: World) -> None:
         """enable, disable, reset, home, hold, resume: the controller decides, and answers when it is done."""

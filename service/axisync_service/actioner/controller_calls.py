@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from axisync_schemas.errors import ErrorBody, ErrorCode, Refusal
-from axisync_schemas.internal import BeginCommand, ControllerReply, DriveCommand, GroupCommand, OverrideCommand
+from axisync_schemas.internal import Command, ControllerReply
 from axisync_service.actioner.desk import Call, Desk
 from axisync_service.actioner.ports import Ports
 from axisync_service.actioner.world import World
@@ -15,12 +15,12 @@ TIMEOUT_NS = 8 * 10**9
 
 @dataclass(frozen=True, slots=True)
 class Pending:
-    """A command on its way."""
+    """A command on its way; without a call, `refused` is all that hears of a refusal."""
 
-    call: Call
+    call: Call | None
     until_ns: int
     done: Callable[[World], None]
-    refused: Callable[[], None]
+    refused: Callable[[Refusal], None]
     heard: Callable[[ControllerReply], None]
     timeout_ns: int
 
@@ -41,11 +41,11 @@ class ControllerCalls:
 
     def send(
         self,
-        call: Call,
-        command: GroupCommand | BeginCommand | DriveCommand | OverrideCommand,
+        call: Call | None,
+        command: Command,
         now_ns: int,
         done: Callable[[World], None],
-        refused: Callable[[], None] = lambda: None,
+        refused: Callable[[Refusal], None] = lambda _: None,
         heard: Callable[[ControllerReply], None] = lambda _: None,
         timeout_ns: int = TIMEOUT_NS,
     ) -> None:
@@ -83,8 +83,9 @@ class ControllerCalls:
             self._refuse(pending, Refusal(ErrorCode.UNAVAILABLE, message), world)
 
     def _refuse(self, pending: Pending, refusal: Refusal, world: World) -> None:
-        pending.refused()
-        self._desk.refuse(pending.call, refusal, world.now_ns)
+        pending.refused(refusal)
+        if pending.call is not None:
+            self._desk.refuse(pending.call, refusal, world.now_ns)
 
 
 def _refusal(error: ErrorBody) -> Refusal:

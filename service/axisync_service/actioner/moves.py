@@ -66,6 +66,10 @@ class Moves:
         """By its number, if it is among those kept."""
         return self._active.get(plan_id) or self._ended.get(plan_id)
 
+    def is_over(self, plan_id: int) -> bool:
+        """It has ended, or is not known."""
+        return plan_id not in self._active
+
     def find(self, move_id: str) -> Move | None:
         """By its name on the wire."""
         number = move_id.removeprefix("m-")

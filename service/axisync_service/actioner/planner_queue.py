@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from axisync_schemas.errors import ErrorCode, Refusal
 from axisync_schemas.internal import PlanJob, PlanResult
 from axisync_schemas.moves import SequenceMove
-from axisync_schemas.replies import MoveReply
+from axisync_schemas.replies import JogAhead, MoveReply
 from axisync_service.actioner.ports import Ports
 
 TIMEOUT_NS = 5 * 10**9
 STEP_TIMEOUT_NS = 2 * 10**8
 """More for each further step of a sequence."""
 
-Done = Callable[[MoveReply], None]
+Done = Callable[[MoveReply, JogAhead | None], None]
 Refused = Callable[[Refusal], None]
 
 
@@ -55,7 +55,7 @@ class PlannerQueue:
         self._working = None
         self._advance(now_ns)
         if result.plan is not None:
-            waiting.done(result.plan)
+            waiting.done(result.plan, result.jog)
         elif result.error is not None:
             refusal = Refusal(result.error.code, result.error.message)
             refusal.details = result.error.details

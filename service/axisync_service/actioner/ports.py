@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from axisync_schemas.events import EventKind
-from axisync_schemas.internal import BeginCommand, DriveCommand, GroupCommand, OverrideCommand, PlanJob
+from axisync_schemas.internal import Command, PlanJob
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Notice:
 class Ports(Protocol):
     """Effects. None of them blocks or raises."""
 
-    def to_controller(self, command: GroupCommand | BeginCommand | DriveCommand | OverrideCommand) -> bool:
+    def to_controller(self, command: Command) -> bool:
         """Sends a command; False where the controller cannot be reached."""
 
     def to_planner(self, job: PlanJob) -> bool:

@@ -10,6 +10,7 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.commands import (
     DriveRequest,
     GroupRequest,
+    JogRequest,
     LeaseRequest,
     MoveRequest,
     OverrideRequest,
@@ -23,6 +24,7 @@ from axisync_schemas.moves import NO_KIND, TAGS
 MODELS: dict[str, type[Request]] = {
     "move": MoveRequest,
     "plan": MoveRequest,
+    "jog": JogRequest,
     "stop": StopRequest,
     "enable": GroupRequest,
     "disable": GroupRequest,

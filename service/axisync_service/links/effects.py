@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from axisync_schemas.internal import BeginCommand, DriveCommand, GroupCommand, OverrideCommand, PlanJob
+from axisync_schemas.internal import Command, PlanJob
 from axisync_schemas.memory import Control, GroupWord, Word
 from axisync_schemas.plan_slots import PlanError, read_plan
 from axisync_schemas.replies import Event
@@ -47,7 +47,7 @@ class Effects:
         self._publish = publish
         self._parent = parent
 
-    def to_controller(self, command: GroupCommand | BeginCommand | DriveCommand | OverrideCommand) -> bool:
+    def to_controller(self, command: Command) -> bool:
         """Sends a command."""
         return self._controller.send(command.model_dump_json().encode())
 

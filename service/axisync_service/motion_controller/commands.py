@@ -8,7 +8,7 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import DriveState, GroupState
 from axisync_schemas.errors import ErrorCode
 from axisync_schemas.events import EventKind
-from axisync_schemas.internal import BeginCommand, DriveCommand, GroupCommand, OverrideCommand
+from axisync_schemas.internal import JOG_RELEASED, BeginCommand, Command, DriveCommand, JogCommand, OverrideCommand
 from axisync_schemas.plan_slots import Plan, PlanError, PlanReader
 from axisync_service.drives.link import DriveLink
 from axisync_service.motion_controller.demand import Array, Inputs
@@ -22,13 +22,12 @@ from axisync_service.motion_controller.groups import (
 )  # fmt: skip
 from axisync_service.motion_controller.homing_commands import HomingCommands
 from axisync_service.motion_controller.motions import Motions
-from axisync_service.motion_controller.player import Ending, Motion
+from axisync_service.motion_controller.player import Motion
 from axisync_service.motion_controller.voice import Voice
 
 START_TOLERANCE = 1e-9
 """A plan must begin at the setpoint, rad: the planner was given its exact bits."""
 
-Command = GroupCommand | OverrideCommand | BeginCommand | DriveCommand
 OpenPlan = Callable[[int, int], PlanReader]
 """Opens a plan slot that must hold the plan with this id; PlanError otherwise."""
 
@@ -59,6 +58,8 @@ class Commands:
             return self._voice.refuse(command.ref, ErrorCode.NOT_FOUND, f"no group {command.group}")
         if isinstance(command, BeginCommand):
             self._begin(command)
+        elif isinstance(command, JogCommand):
+            self._jog(command, groups)
         elif isinstance(command, OverrideCommand):
             self._motions.override(groups, command.value)
             self._voice.done(command.ref)
@@ -143,7 +144,7 @@ class Commands:
             return self._voice.refuse(ref, ErrorCode.WRONG_STATE, f"{names}: no move to hold")
         for group in moving:
             assert group.motion is not None
-            self._motions.slow(group.motion, Ending.HELD, "hold")
+            self._motions.hold(group.motion, "hold")
         self._voice.done(ref)
         return None
 
@@ -163,6 +164,22 @@ class Commands:
             assert motion is not None
             self._motions.resume(motion)
         self._voice.done(ref)
+        return None
+
+    # --- jog ----------------------------------------------------------------------------------------------------
+
+    def _jog(self, command: JogCommand, groups: list[GroupMachine]) -> None:
+        """A sign of life from whoever jogs, and how fast to go on; a share of 0 is the end of it."""
+        motion = groups[0].motion
+        if motion is None or motion.plan_id != command.plan_id or motion.jog_until_ns is None or motion.slowing:
+            why = f"{command.group} is not on jog {command.plan_id} any longer"
+            return self._voice.refuse(command.ref, ErrorCode.WRONG_STATE, why)
+        if command.share == 0.0:
+            self._motions.stop(motion, JOG_RELEASED)
+        else:
+            motion.jog_until_ns = command.until_ns
+            self._motions.share(motion, command.share)
+        self._voice.done(command.ref)
         return None
 
     # --- begin --------------------------------------------------------------------------------------------------
@@ -188,7 +205,7 @@ class Commands:
             refusal = self._refusal(command, plan, inputs, setpoint)
             if refusal is None:
                 members = self._cell.members(command.group)
-                motion = Motion(plan, command.slot, command.group, members, self._cell.period)
+                motion = Motion(plan, command.slot, command.group, members, self._cell.period, command.jog_until_ns)
                 self._motions.start(motion, plan.duration)
                 self._voice.done(command.ref)
             else:
@@ -214,6 +231,8 @@ class Commands:
                 return ErrorCode.WRONG_STATE, f"{group.name} was stopped meanwhile"
             if not inputs.front or inputs.lease_until_ns[member] < inputs.now_ns:
                 return ErrorCode.LEASE_REQUIRED, f"the lease of {group.name} has lapsed"
+        if command.jog_until_ns is not None and command.jog_until_ns < inputs.now_ns:
+            return ErrorCode.STALE, f"the time of this jog of {command.group} was over before it began"
         if tuple(plan.axes.tolist()) != self._cell.axis_indices(command.group):
             return ErrorCode.INTERNAL, f"plan {plan.plan_id} is not for the axes of {command.group}"
         if np.abs(plan.start - setpoint[plan.axes]).max() > START_TOLERANCE:

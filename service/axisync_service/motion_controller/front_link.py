@@ -5,8 +5,7 @@ import socket
 
 from pydantic import ValidationError
 
-from axisync_schemas.internal import CONTROLLER_COMMAND, MAX_PACKET
-from axisync_service.motion_controller.commands import Command
+from axisync_schemas.internal import CONTROLLER_COMMAND, MAX_PACKET, Command
 
 COMMANDS_PER_TICK = 8
 _log = logging.getLogger(__name__)

@@ -5,6 +5,7 @@ from typing import Any
 from axisync_schemas.enumerations import GroupState, MoveStatus
 from axisync_schemas.errors import ErrorCode
 from axisync_schemas.events import EventKind
+from axisync_schemas.internal import JOG_LAPSED
 from axisync_service.motion_controller.groups import Goal, GroupMachine
 from axisync_service.motion_controller.player import Ending, Motion
 from axisync_service.motion_controller.voice import Severity, Voice
@@ -24,13 +25,14 @@ class Motions:
 
     def start(self, motion: Motion, duration_s: float) -> None:
         """The members begin to move."""
+        jogged = motion.jog_until_ns is not None
         for member in motion.members:
             group = self._groups[member]
             group.motion, group.reason = motion, None
-            self._voice.enter(group, GroupState.MOVING)
+            self._voice.enter(group, GroupState.JOGGING if jogged else GroupState.MOVING)
         override = self.rate_of(motion)
         motion.set_override(override)
-        text = f"move {motion.plan_id} of {motion.group} starts"
+        text = f"{motion.kind} {motion.plan_id} of {motion.group} starts"
         details: dict[str, Any] = {"plan_id": motion.plan_id, "duration_s": duration_s, "override": override}
         self._voice.say(EventKind.MOVE_STARTED, text, motion.group, **details)
 
@@ -41,13 +43,34 @@ class Motions:
         else:
             self.slow(motion, Ending.STOPPED, reason)
 
+    def hold(self, motion: Motion, reason: str) -> None:
+        """Brings a move to rest until it is resumed; a jog ends, since nobody may resume it but who holds the key."""
+        self.slow(motion, Ending.HELD if motion.jog_until_ns is None else Ending.STOPPED, reason)
+
+    def share(self, motion: Motion, share: float) -> None:
+        """A jog goes on at this share of the velocity that it was planned with."""
+        if share == motion.share:
+            return
+        motion.share = share
+        rate = self.rate_of(motion)
+        motion.set_override(rate)
+        text = f"jog {motion.plan_id} of {motion.group}: {100.0 * share:.4g} % of its velocity"
+        details: dict[str, Any] = {"plan_id": motion.plan_id, "share": share, "rate": rate}
+        self._voice.say(EventKind.JOG_SPEED, text, motion.group, **details)
+
+    def expire(self, now_ns: int) -> None:
+        """Stops jogs that nobody has asked for in time."""
+        for motion in self.all():
+            if motion.jog_until_ns is not None and motion.jog_until_ns < now_ns and not motion.slowing:
+                self.slow(motion, Ending.STOPPED, JOG_LAPSED)
+
     def slow(self, motion: Motion, ending: Ending, reason: str) -> None:
         """Brings the motion to rest on its path (GSTOP); what becomes of it then is `ending`."""
         if not motion.slow(ending, reason):
             return
         for member in motion.members:
             self._voice.enter(self._groups[member], GroupState.STOPPING)
-        text = f"move {motion.plan_id} slows: {reason}"
+        text = f"{motion.kind} {motion.plan_id} slows: {reason}"
         details: dict[str, Any] = {"plan_id": motion.plan_id, "reason": reason, "path_s": motion.path_s}
         self._voice.say(EventKind.MOVE_STOPPING, text, motion.group, **details)
 
@@ -58,7 +81,7 @@ class Motions:
             group = self._groups[member]
             group.reason = None
             self._voice.enter(group, GroupState.MOVING)
-        text = f"move {motion.plan_id} goes on"
+        text = f"{motion.kind} {motion.plan_id} goes on"
         details: dict[str, Any] = {"plan_id": motion.plan_id, "path_s": motion.path_s}
         self._voice.say(EventKind.MOVE_RESUMED, text, motion.group, **details)
 
@@ -81,8 +104,8 @@ class Motions:
             self._voice.say(EventKind.RATE_RELAXED, text, motion.group, **details)
 
     def rate_of(self, motion: Motion) -> float:
-        """The lowest override of its members."""
-        return min(self._groups[member].override for member in motion.members)
+        """The lowest override of its members; of a jog, times its share."""
+        return motion.share * min(self._groups[member].override for member in motion.members)
 
     def end(self, motion: Motion, ending: Ending, reason: str | None) -> None:
         """The move is over; a member with a fault of its own is latched, the others stand."""
@@ -96,7 +119,7 @@ class Motions:
                 group.reason = reason
                 self._voice.enter(group, GroupState.STANDSTILL)
         severity: Severity = "error" if ending is Ending.FAILED else "info"
-        text = f"move {motion.plan_id} of {motion.group} {status.value}" + (f": {reason}" if reason else "")
+        text = f"{motion.kind} {motion.plan_id} of {motion.group} {status.value}" + (f": {reason}" if reason else "")
         details: dict[str, Any] = {"plan_id": motion.plan_id, "status": status.value, "reason": reason}
         details["relaxed_ticks"] = motion.relaxed_ticks
         self._voice.say(EventKind.MOVE_ENDED, text, motion.group, severity, **details)
@@ -127,7 +150,7 @@ class Motions:
         group.fault = group.fault or reason
         self._give_up_homing(group)
         motion = group.motion
-        if motion is not None and group.state in (GroupState.MOVING, GroupState.STOPPING):
+        if motion is not None and group.state in (GroupState.MOVING, GroupState.JOGGING, GroupState.STOPPING):
             self.slow(motion, Ending.FAILED, reason)
         elif motion is not None:
             self.end(motion, Ending.FAILED, reason)

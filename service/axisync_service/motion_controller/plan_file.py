@@ -11,11 +11,10 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from axisync_schemas.events import EventKind
-from axisync_schemas.internal import CONTROLLER_MESSAGE, BeginCommand, ControllerReply, GroupCommand
+from axisync_schemas.internal import CONTROLLER_MESSAGE, BeginCommand, Command, ControllerReply, GroupCommand
 from axisync_schemas.log_models import PlanLog
 from axisync_schemas.memory import PLAN_SLOTS
 from axisync_schemas.plan_slots import Plan, codes_of_text, write_plan
-from axisync_service.motion_controller.commands import Command
 
 _PLANS = TypeAdapter(list[PlanLog])
 

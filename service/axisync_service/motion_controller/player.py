@@ -30,17 +30,29 @@ class Motion:
         axes: [n] indices of their axes, as in the plan.
         ending: SUCCEEDED until something slows it.
         relaxed_ticks: ticks not on the way to rest in which the stop limits were kept only, not those of moves.
+        jog_until_ns: of a jog, when it stops unless it is told to go on; None for a move.
+        share: of the velocity that a jog was planned with, 0..1.
     """
 
-    def __init__(self, plan: Plan, slot: int, group: str, members: tuple[int, ...], period_s: float) -> None:
+    def __init__(
+        self, plan: Plan, slot: int, group: str, members: tuple[int, ...], period_s: float,
+        jog_until_ns: int | None = None,
+    ) -> None:  # fmt: skip
         self.plan_id, self.slot, self.group, self.members = plan.plan_id, slot, group, members
         self.axes = plan.axes.astype(np.intp)
         self.ending = Ending.SUCCEEDED
         self.reason: str | None = None
         self.relaxed_ticks = 0
+        self.jog_until_ns = jog_until_ns
+        self.share = 1.0
         self._duration = plan.duration
         trajectory = Trajectory(plan.knots, plan.coefficients, plan.start, plan.end)
         self._clock = PathClock(trajectory, RateTables(plan.rate_codes, plan.rate_limits), period_s)
+
+    @property
+    def kind(self) -> str:
+        """A word for it."""
+        return "move" if self.jog_until_ns is None else "jog"
 
     @property
     def path_s(self) -> float:

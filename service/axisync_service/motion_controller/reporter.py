@@ -7,6 +7,7 @@ from typing import Protocol
 from axisync_schemas.errors import ErrorBody
 from axisync_schemas.internal import (
     BusStatus,
+    Command,
     ControllerEvent,
     ControllerReply,
     ControllerStatus,
@@ -21,7 +22,6 @@ from axisync_schemas.topics import LOG_EVENTS
 from axisync_service.bus.port import BusPort
 from axisync_service.canopen.emcy import describe
 from axisync_service.drives.link import DriveLink
-from axisync_service.motion_controller.commands import Command
 from axisync_service.motion_controller.demand import Setpoints
 from axisync_service.motion_controller.step import Core
 from axisync_service.motion_controller.voice import Happening

@@ -8,9 +8,10 @@ from collections.abc import Mapping
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.events import EventKind
+from axisync_schemas.internal import Command
 from axisync_service.drives.link import DriveLink
 from axisync_service.mapper.counts import CountMap
-from axisync_service.motion_controller.commands import Command, Commands, OpenPlan
+from axisync_service.motion_controller.commands import Commands, OpenPlan
 from axisync_service.motion_controller.demand import Inputs, Setpoints
 from axisync_service.motion_controller.foreign import Foreign, Notice
 from axisync_service.motion_controller.groups import DISABLE_TIMEOUT_NS, Goal, GroupMachine
@@ -115,9 +116,10 @@ class Core:
                 self.motions.stop(motion, "the service stops")
             elif inputs.leases_needed and not motion.slowing:
                 if not inputs.front:
-                    self.motions.slow(motion, Ending.HELD, "front is gone")
+                    self.motions.hold(motion, "front is gone")
                 elif inputs.lease_until_ns[group.index] < inputs.now_ns:
-                    self.motions.slow(motion, Ending.HELD, "lease lapsed")
+                    self.motions.hold(motion, "lease lapsed")
+        self.motions.expire(inputs.now_ns)
         if inputs.stopping and not self.shut_down:
             self._shut_down(inputs.now_ns)
 
@@ -128,7 +130,7 @@ class Core:
         for group in notice.groups:
             if group.homing is not None and group.homing.failure is None:
                 self._commands.homing.stop(group, notice.why, now_ns)
-            elif group.motion is not None and group.state is GroupState.MOVING:
+            elif group.motion is not None and group.state in (GroupState.MOVING, GroupState.JOGGING):
                 self.motions.slow(group.motion, Ending.FAILED, notice.why)
 
     def _on_skipped(self, skipped: int) -> None:
@@ -143,7 +145,7 @@ class Core:
         for motion in self.motions.all():
             if any(self._hold_on_missed[axis] for axis in motion.axes):
                 why = "ticks skipped, and a drive holds when a tick is missing"
-                self.motions.slow(motion, Ending.HELD, why)
+                self.motions.hold(motion, why)
 
     def _shut_down(self, now_ns: int) -> None:
         self._shut_down_by_ns = self._shut_down_by_ns or now_ns + 2 * DISABLE_TIMEOUT_NS

@@ -1,7 +1,7 @@
 """Distances along a planned motion: of the path itself, and of wherever drives could get to by themselves."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -66,33 +66,43 @@ class Sampled:
 class Guard:
     """Checks the motions of one job: with everything else of the cell at rest, and with other groups on their paths."""
 
-    def __init__(self, cell: Cell, model: CollisionModel, group: str, rest: Array) -> None:
+    def __init__(self, cell: Cell, model: CollisionModel, group: str, rest: Array, margin: float | None = None) -> None:
+        """`margin` (m): to keep along paths; the cell file's where it is None."""
         self._cell, self._model, self._group, self._rest = cell, model, group, rest
         self._axes = cell.axis_indices(group)
+        self._margin = margin
 
     def check(self, trajectory: Trajectory, contacts: Contacts, others: tuple[Plan, ...]) -> Clearance:
         """
         Raises:
             Refusal: COLLISION; INVALID_REQUEST for contacts that the cell file does not have.
         """
-        motion = Sampled.of(trajectory, self._cell, self._axes)
+        return self.check_samples(Sampled.of(trajectory, self._cell, self._axes), contacts, others)
+
+    def check_samples(
+        self, motion: Sampled, contacts: Contacts, others: tuple[Plan, ...], *, alone: bool = True
+    ) -> Clearance:
+        """As `check`, of a motion as samples; not of what its drives do `alone` where that is not asked for."""
         found = Clearance()
         try:
             # First, since where those groups are now is on their paths, and the fix is another.
             for other in others:
                 found = found.worst(self._beside(motion, contacts, other))
-            return found.worst(self._among_itself(motion, contacts))
+            return found.worst(self._among_itself(motion, contacts, alone))
         except ValueError as error:
             fault = {"path": "move.contacts", "message": str(error)}
             raise Refusal(ErrorCode.INVALID_REQUEST, str(error), errors=[fault]) from None
 
-    def _among_itself(self, motion: Sampled, contacts: Contacts) -> Clearance:
+    def _among_itself(self, motion: Sampled, contacts: Contacts, alone: bool) -> Clearance:
         fields: dict[str, Any] = {"group": self._group, "rest": self._rest, "contacts": contacts}
-        path = self._model.check_path(motion.q, spread=motion.chord, **fields)
+        path = self._model.check_path(motion.q, self._margin, spread=motion.chord, **fields)
         self._refuse(path, motion, alone=False)
-        alone = self._model.check_path(motion.q, 0.0, spread=motion.reach, **fields)
-        self._refuse(alone, motion, alone=True)
-        return Clearance(path.min_distance, path.nearest.pair if path.nearest else None, alone.min_distance)
+        found = Clearance(path.min_distance, path.nearest.pair if path.nearest else None)
+        if not alone:
+            return found
+        reached = self._model.check_path(motion.q, 0.0, spread=motion.reach, **fields)
+        self._refuse(reached, motion, alone=True)
+        return replace(found, alone=reached.min_distance)
 
     def _beside(self, motion: Sampled, contacts: Contacts, plan: Plan) -> Clearance:
         """Whole path against whole path, each with what its drives do alone: timing never counts."""
@@ -101,6 +111,7 @@ class Guard:
         other = Sampled.of(Trajectory(plan.knots, plan.coefficients, plan.start, plan.end), self._cell, axes)
         found = self._model.check_sweeps(
             {self._group: motion.q, name: other.q},
+            self._margin,
             spreads={self._group: motion.reach, name: other.reach},
             contacts=contacts,
         )

@@ -11,10 +11,10 @@ from axisync_motion.rate_tables import rate_tables
 from axisync_motion.trajectory import Trajectory, concatenate, dwell
 from axisync_schemas.cell import Axis
 from axisync_schemas.errors import ErrorCode, Refusal
-from axisync_schemas.internal import PlanJob
+from axisync_schemas.internal import Jog, PlanJob
 from axisync_schemas.moves import Dwell, JointMove, SequenceMove, Step
 from axisync_schemas.plan_slots import Plan
-from axisync_schemas.replies import AloneReport, MoveReply, StepReport
+from axisync_schemas.replies import AloneReport, JogAhead, MoveReply, StepReport
 from axisync_service.planner.box import Room, room
 from axisync_service.planner.cartesian_leg import cartesian_leg
 from axisync_service.planner.clearance import Clearance, Guard
@@ -31,19 +31,20 @@ class Planned:
 
     reply: MoveReply
     plan: Plan | None
+    jog: JogAhead | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class _Checked:
+class Checked:
     """What the checks of some legs found."""
 
     clearance: Clearance
     room: Room | None
 
-    def worst(self, other: "_Checked") -> "_Checked":
+    def worst(self, other: "Checked") -> "Checked":
         rooms = [found for found in (self.room, other.room) if found is not None]
         least = min(rooms, key=lambda found: found.margin, default=None)
-        return _Checked(self.clearance.worst(other.clearance), least)
+        return Checked(self.clearance.worst(other.clearance), least)
 
 
 def plan_move(models: Models, job: PlanJob, others: tuple[Plan, ...] = ()) -> Planned:
@@ -53,23 +54,30 @@ def plan_move(models: Models, job: PlanJob, others: tuple[Plan, ...] = ()) -> Pl
         Refusal: see `joint_leg`, `cartesian_leg`; JOINT_LIMIT (a drive left alone could leave its hard limits),
             COLLISION. Of a sequence it names the step (`step`, from 0), and times count from the step's begin.
     """
+    if isinstance(job.move, Jog):
+        raise TypeError("a jog is planned by plan_jog")
     guard = Guard(models.cell, models.collision, job.group, np.array(job.rest))
     steps: Sequence[Step] = job.move.steps if isinstance(job.move, SequenceMove) else (job.move,)
     start = np.array(job.start)
     legs: list[Leg] = []
-    checked = _Checked(Clearance(), None)
+    checked = Checked(Clearance(), None)
     for index, step in enumerate(steps):
         try:
             leg = _leg(models, job.group, step, start, job.speed_scale)
-            checked = checked.worst(_check(models, job.group, guard, leg, others))
+            checked = checked.worst(check_leg(models, job.group, guard, leg, others))
         except Refusal as refusal:
             raise _in_step(refusal, index, steps, job.move) from None
         legs.append(leg)
         start = leg.end
+    return planned(models, job, legs, checked)
+
+
+def planned(models: Models, job: PlanJob, legs: list[Leg], checked: Checked, jog: JogAhead | None = None) -> Planned:
+    """Legs that may be played, one after the other: with what the path clock needs, and the reply."""
     moving = [leg.trajectory for leg in legs if leg.trajectory is not None]
     trajectory = concatenate(moving) if moving else None
     plan = _playable(models, job, trajectory) if trajectory is not None and job.slot is not None else None
-    return Planned(_reply(job, legs, checked, trajectory), plan)
+    return Planned(_reply(job, legs, checked, trajectory), plan, jog)
 
 
 def _leg(models: Models, group: str, step: Step, start: Array, speed_scale: float) -> Leg:
@@ -80,16 +88,20 @@ def _leg(models: Models, group: str, step: Step, start: Array, speed_scale: floa
     return cartesian_leg(models, group, step, start, speed_scale)
 
 
-def _check(models: Models, group: str, guard: Guard, leg: Leg, others: tuple[Plan, ...]) -> _Checked:
+def check_leg(models: Models, group: str, guard: Guard, leg: Leg, others: tuple[Plan, ...]) -> Checked:
+    """
+    Raises:
+        Refusal: JOINT_LIMIT, COLLISION.
+    """
     if leg.trajectory is None:
-        return _Checked(Clearance(), None)
+        return Checked(Clearance(), None)
     found = room(leg.trajectory, models.cell, models.cell.axis_indices(group))
     if found.margin < 0.0:
         raise Refusal(
             ErrorCode.JOINT_LIMIT, found.message, axis=found.axis, time_s=found.time_s, required=found.required,
             allowed=found.allowed,
         )  # fmt: skip
-    return _Checked(guard.check(leg.trajectory, leg.contacts, others), found)
+    return Checked(guard.check(leg.trajectory, leg.contacts, others), found)
 
 
 def _in_step(refusal: Refusal, index: int, steps: Sequence[Step], move: object) -> Refusal:
@@ -124,7 +136,7 @@ def _playable(models: Models, job: PlanJob, trajectory: Trajectory) -> Plan:
     )
 
 
-def _reply(job: PlanJob, legs: list[Leg], checked: _Checked, trajectory: Trajectory | None) -> MoveReply:
+def _reply(job: PlanJob, legs: list[Leg], checked: Checked, trajectory: Trajectory | None) -> MoveReply:
     """Without what front knows better: request_id, time, move_id."""
     only = legs[0]
     single = not isinstance(job.move, SequenceMove)
