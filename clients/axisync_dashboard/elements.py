@@ -22,7 +22,7 @@ def live_text(key: str, classes: str = "") -> ui.element:
 
 def live_bar(key: str) -> None:
     """A bar whose width, 0% to 100%, the browser sets by its key in `texts`."""
-    with ui.element("div").classes("bar"):
+    with ui.element("div").classes("live-bar"):
         ui.element("div").props(f'data-bar="{key}"')
 
 

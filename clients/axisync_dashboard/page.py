@@ -32,6 +32,7 @@ def build(browser: Browser, link: DaemonLink, programs_directory: Path | None) -
         f'<script>window.axisyncPage = {{client: "{browser.id}", cell: {generation}}};</script>'
         '<link rel="stylesheet" href="/static/style.css"><script src="/static/live.js"></script>'
     )
+    ui.colors(primary="#1d5fb4")
     if cell is None:
         header.build(None)
         ui.label("Waiting for the daemon.").classes("waiting")

@@ -48,7 +48,8 @@ class Server:
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=list(LOOPBACK))
         ui.run(
             host=host, port=port, title="axisync", favicon=ICON, dark=None, reload=False, show=False,
-            show_welcome_message=False, reconnect_timeout=5.0, uvicorn_logging_level="error",
+            show_welcome_message=False,
+            tailwind=False, reconnect_timeout=5.0, uvicorn_logging_level="error",
         )  # fmt: skip
 
     def _begin(self) -> None:

@@ -62,7 +62,5 @@ def build(cell: Cell) -> ArmsView | None:
             ui.label("The cell file has no DH rows: there is nothing to draw.").classes("hint")
             return None
         view = ArmsView(cell)
-        ui.label("Tools in mm, in the frames of their bases. Pale: where a move ends. Drag to turn the view.").classes(
-            "hint"
-        )
+        ui.label("Tools in mm, in the body's frame. Pale: where a move ends. Drag to turn the view.").classes("hint")
         return view

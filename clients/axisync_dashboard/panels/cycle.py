@@ -38,7 +38,7 @@ def _histogram() -> None:
     with ui.element("div").classes("histogram"):
         for i, edge in enumerate(LATENESS_EDGES_US):
             with ui.element("div").classes("bin"):
-                with ui.element("div").classes("column"):
+                with ui.element("div").classes("bin-column"):
                     ui.element("div").props(f"data-bin={i}")
                 ui.label(f"{edge:g}" if edge < 1000 else f"{edge / 1000:g}k")
     ui.label("µs and more").classes("hint unit")

@@ -1,6 +1,7 @@
 """A joint move: a target for each axis, in degrees."""
 
 import math
+from collections.abc import Callable
 
 from nicegui import ui
 
@@ -64,11 +65,11 @@ class JointForm:
         self._preview.forget()
 
 
-def speed_field(changed: object) -> ui.number:
-    """Share of the limits, in percent."""
-    field = ui.number("Speed", value=50, min=1, max=100, suffix="% of the limits")
+def speed_field(changed: Callable[[], None], percent: float = 50, of: str = "% of the limits") -> ui.number:
+    """A share in percent."""
+    field = ui.number("Speed", value=percent, min=1, max=100, suffix=of)
     field.props("dense outlined").classes("speed")
-    field.on_value_change(lambda: changed() if callable(changed) else None)
+    field.on_value_change(lambda: changed())
     return field
 
 

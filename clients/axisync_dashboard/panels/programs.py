@@ -35,9 +35,7 @@ class Programs:
             f"flat bordered accept=.toml max-file-size={UPLOAD_MAX}"
         ).classes("upload")
         self._about = ui.element("div").classes("about")
-        self._speed = speed_field(lambda: self._preview.forget())
-        self._speed.value = 100
-        self._speed.props('suffix="% of the program\'s own"')
+        self._speed = speed_field(lambda: self._preview.forget(), 100, "% of the program's own")
         self._preview = Preview(tab, arms, self.wish, "Run")
 
     def wish(self) -> Wish:

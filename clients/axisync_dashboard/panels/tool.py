@@ -28,7 +28,7 @@ class ToolForm:
         with self._all:
             with ui.element("div").classes("fields"):
                 self._way = ui.select(WAYS, value="linear", label="Way", on_change=self._changed)
-                self._frame = ui.select(FRAMES, value="base", label="Frame", on_change=self._changed)
+                self._frame = ui.select(FRAMES, value="body", label="Frame", on_change=self._changed)
                 self._relative = ui.checkbox("Offset", value=True, on_change=self._changed)
                 self._position = [self._number(name, "mm") for name in COORDINATES]
             self._keep = ui.checkbox("Keep the orientation", value=True, on_change=self._changed)

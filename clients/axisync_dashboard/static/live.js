@@ -116,7 +116,8 @@
     if (!latest) return "Connecting.";
     if (cut) return `Nothing from the dashboard's server for ${seconds(silentMs)}. What is shown is old. Connecting again.`;
     const why = latest.why || "The daemon is silent.";
-    return `${why} What is shown is ${seconds(1000 * latest.age)} old. Connecting again.`;
+    const old = page.cell ? `What is shown is ${seconds(1000 * latest.age)} old. ` : "";
+    return `${why[0].toUpperCase()}${why.slice(1)} ${old}Connecting again.`;
   }
 
   // --- stop: at once, from anywhere --------------------------------------------------------------------------------
