@@ -27,7 +27,8 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 where a lock is not what is needed")
     arguments = parser.parse_args()
     project = tomllib.loads(arguments.project.read_text())
-    runtime = [*BUILD, *project["project"]["dependencies"], *project["project"]["optional-dependencies"]["service"]]
+    extras = project["project"]["optional-dependencies"]
+    runtime = [*BUILD, *project["project"]["dependencies"], *extras["service"], *extras["dashboard"]]
     dev = [*runtime, *project["dependency-groups"]["dev"]]
     try:
         for name, roots in (("runtime.txt", runtime), ("dev.txt", dev)):

@@ -25,6 +25,7 @@ from axisync_service.demo import (
     patient,
     program_for,
 )
+from axisync_service.demo_page import Page
 from axisync_service.doctor import report as doctor_report
 from axisync_service.doctor.facts import gather
 from axisync_service.doctor.findings import dangerous, findings
@@ -66,6 +67,7 @@ def demo(
     log_dir: LogDir = Path("logs"),
     listen: Listen = DEFAULT_LISTEN,
     dashboard: Annotated[bool, typer.Option(help="Also serve the web page, where it is installed.")] = True,
+    dashboard_port: Annotated[int, typer.Option(min=1, max=65535, help="Where, on this machine only.")] = 7448,
     program: Annotated[bool, typer.Option(help="Play the program.")] = True,
     cell_file: Annotated[Path, typer.Option("--cell", help="Another cell file.")] = CELLS / "eod.toml",
     candump: Annotated[Path | None, typer.Option(help="Write each bus's frames to BUS.log in this directory.")] = None,
@@ -75,7 +77,6 @@ def demo(
     verbose: Verbose = False,
 ) -> None:
     """Both arms of the paper on emulated drives: plays the tool change and WuKong's points, then waits for you."""
-    del dashboard  # There is no page yet; the option is the contract's.
     _set_verbosity(verbose)
     with tempfile.TemporaryDirectory(prefix="demo-", dir=runtime_directory()) as scratch:
         used = _demo_cell_file(cell_file, Path(scratch))
@@ -89,7 +90,8 @@ def demo(
             flush=True,
         )
         cell = cell.on_simcan(simcan) if simcan else cell
-        raise typer.Exit(_demo(cell, text, used, log_dir, listen, simcan, program, Extras(candump, control)))
+        page = Page(listen, dashboard_port) if dashboard else None
+        raise typer.Exit(_demo(cell, text, used, log_dir, listen, simcan, program, Extras(candump, control), page))
 
 
 def _demo_cell_file(cell_file: Path, scratch: Path) -> Path:
@@ -103,13 +105,23 @@ def _demo_cell_file(cell_file: Path, scratch: Path) -> Path:
 
 
 def _demo(
-    cell: Cell, text: str, cell_file: Path, log_dir: Path, listen: str, simcan: str, play: bool, extras: Extras
+    cell: Cell,
+    text: str,
+    cell_file: Path,
+    log_dir: Path,
+    listen: str,
+    simcan: str,
+    play: bool,
+    extras: Extras,
+    page: Page | None,
 ) -> int:
     supervisor = _supervisor(cell, text, log_dir, listen, simcan)
     emulators, program = Emulators(), Program(listen, program_for(cell), ReviewOfRun(supervisor.control, log_dir, cell))
 
     def on_ready(missing: list[str]) -> None:
         _say_ready(missing)
+        if page is not None:
+            page.start()
         if play:
             program.begin()
 
@@ -126,6 +138,8 @@ def _demo(
         return 1
     finally:
         program.stop()
+        if page is not None:
+            page.stop()
         emulators.stop()
 
 

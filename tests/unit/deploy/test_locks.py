@@ -22,7 +22,8 @@ def pins(name: str) -> dict[str, str]:
 
 def wanted(*, dev: bool) -> list[Requirement]:
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())
-    texts = [*project["project"]["dependencies"], *project["project"]["optional-dependencies"]["service"]]
+    extras = project["project"]["optional-dependencies"]
+    texts = [*project["project"]["dependencies"], *extras["service"], *extras["dashboard"]]
     return [Requirement(text) for text in (*texts, *(project["dependency-groups"]["dev"] if dev else ()))]
 
 
