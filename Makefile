@@ -29,10 +29,8 @@ help:
 demo: $(RUNTIME) $(EDITABLE)
 	@exec $(BIN)/axisyncd demo $(ARGS)
 
-# Many tests run processes in real time beside whatever else the machine does: what fails runs once more, by itself.
 test: $(DEV) $(EDITABLE)
-	@$(BIN)/python -m pytest $(ARGS) || { code=$$?; [ $$code = 1 ] || exit $$code; \
-		echo "what failed runs once more"; exec $(BIN)/python -m pytest $(ARGS) --last-failed; }
+	@exec $(BIN)/python tests/run.py $(ARGS)
 
 lint: $(DEV) $(EDITABLE)
 	$(BIN)/ruff check .
