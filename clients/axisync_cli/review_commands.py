@@ -45,7 +45,10 @@ def add_to(app: typer.Typer) -> None:
 
 
 def review(context: typer.Context, files: Files, html: Html = None, as_json: Json = False) -> None:
-    """Judge logs: moves, limits, following error, lateness, gaps, stops. Exit status 1 where something is wrong."""
+    """Judge logs; exit status 1 where something is wrong.
+
+    Moves, limits, following error, lateness, gaps, stops.
+    """
     terminal = _ready(context, as_json)
     from axisync_review import findings, html_report
     from axisync_review.review import review_of
@@ -78,7 +81,7 @@ def why(context: typer.Context, files: Files, as_json: Json = False) -> None:
 
 
 def replay(context: typer.Context, files: Files, replan: Replan = False, as_json: Json = False) -> None:
-    """Compute every setpoint again from the logged plans, and compare to the bit."""
+    """Compute every setpoint again from the logged plans."""
     terminal = _ready(context, as_json)
     from axisync_review import replan as planner
     from axisync_review import replay as player
@@ -115,7 +118,7 @@ def export(
     out: Out = None,
     as_json: Json = False,
 ) -> None:
-    """Write every tick as a row of a table, columns named with their units."""
+    """Write every tick as a row of a table; units in the names."""
     if parquet == csv:
         raise typer.BadParameter("one of --parquet and --csv is needed", param_hint="--parquet/--csv")
     terminal = _ready(context, as_json)
@@ -137,7 +140,10 @@ def diff(
     b: Annotated[Path, typer.Argument(metavar="B", help="Log of another run.", show_default=False)],
     as_json: Json = False,
 ) -> None:
-    """Compare two runs of one program. Exit status 1 where moves, setpoints or results differ."""
+    """Compare two runs of one program.
+
+    Exit status 1 where moves, setpoints or results differ.
+    """
     terminal = _ready(context, as_json)
     from axisync_review import diff as comparing
     from axisync_review.tables import of_diff
