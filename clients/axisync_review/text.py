@@ -6,7 +6,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from axisync_review.models import AxisReview, LatenessReview, MoveReview, Review, Use
+from axisync_review.models import AxisReview, EventReview, LatenessReview, MoveReview, Review, Use
 
 EVENTS_SHOWN = 12
 PROBLEMS_SHOWN = 20
@@ -63,15 +63,17 @@ def span(seconds: float) -> str:
 
 
 def _moves(moves: tuple[MoveReview, ...]) -> Table:
-    table = _table("moves", "move", "group", "kind", "began, s", "planned, s", "took, s", "limited by", "result")
+    limited = any(move.limiting for move in moves)
+    headings = ["move", "group", "kind", "at, s", "plan, s", "took, s", *(["limited by"] if limited else []), "result"]
+    table = _table("moves", *headings)
     shown = moves if len(moves) <= 40 else (*moves[:20], *moves[-20:])
     for number, move in enumerate(shown):
         if len(shown) < len(moves) and number == 20:
-            table.add_row(f"... {len(moves) - 40} more", *[""] * 7)
+            table.add_row(f"... {len(moves) - 40} more")
         result = Text(move.status + (f": {move.reason}" if move.reason else ""), style=_STATUS.get(move.status, ""))
         table.add_row(
-            move.move_id or str(move.plan_id), move.group, move.kind, f"{move.begin_s:.3f}",
-            _seconds(move.planned_s), _seconds(move.played_s), move.limiting or "", result,
+            move.move_id or str(move.plan_id), move.group, move.kind, f"{move.begin_s:.3f}", _seconds(move.planned_s),
+            _seconds(move.played_s), *([move.limiting or ""] if limited else []), result,
         )  # fmt: skip
     return table
 
@@ -147,16 +149,25 @@ def _events(review: Review) -> Iterator[RenderableType]:
         counts[event.kind] = counts.get(event.kind, 0) + 1
     if counts:
         yield Text("events: " + ", ".join(f"{count} {kind}" for kind, count in counts.items()))
-    for event in grave[:EVENTS_SHOWN]:
+    firsts: dict[tuple[str, str | None], EventReview] = {}
+    for event in grave:
+        firsts.setdefault((event.kind, event.group), event)
+    shown = list(firsts.values())[:EVENTS_SHOWN]
+    for event in shown:
         text = f"  {event.t_s:.3f} s {event.source} {event.kind}: {event.message}"
         yield Text(text, style=_SEVERITY.get(event.severity, ""))
-    if len(grave) > EVENTS_SHOWN:
-        yield Text(f"  and {len(grave) - EVENTS_SHOWN} more warnings and errors")
+    if len(grave) > len(shown):
+        yield Text(f"  and {len(grave) - len(shown)} more warnings and errors, most of these kinds")
 
 
 def _table(title: str, *headings: str) -> Table:
     table = Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
     left = {"move", "group", "kind", "limited by", "result", "axis", "what"}
     for heading in headings:
-        table.add_column(heading, justify="left" if heading in left else "right", overflow="fold")
+        table.add_column(
+            heading,
+            justify="left" if heading in left else "right",
+            overflow="fold",
+            no_wrap=heading in ("move", "group", "kind"),
+        )
     return table

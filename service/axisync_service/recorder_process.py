@@ -19,7 +19,6 @@ from axisync_service.recorder.recorder import Recorder, SharedMemory
 STEP_S = 0.02
 PATIENCE_S = 5.0
 """How long a lone SIGTERM waits for the controller to be done."""
-NICE = 5
 
 log = logging.getLogger(__name__)
 
@@ -27,7 +26,6 @@ log = logging.getLogger(__name__)
 def main(arguments: Sequence[str] | None = None) -> int:
     """Records until the service closes; 0 when the log is whole, 1 where it could not be begun or ended."""
     context = start("recorder", arguments)
-    os.nice(NICE)
     with ExitStack() as stack:
         sockets = [stack.enter_context(one) for one in log_sockets(context)]
         recorder = make_recorder(context, sockets)

@@ -21,11 +21,18 @@ def axisync(*words: str | Path) -> "subprocess.CompletedProcess[str]":
 
 
 def play(daemon: Daemon) -> None:
-    """A move that arrives, one that is stopped, one that is refused."""
+    """A move that is held, resumed and slowed and arrives, one that is stopped, one that is refused."""
     with Client(daemon.endpoint) as client:
         with client.lease("kingkong") as arm:
             arm.enable()
-            arm.move_joint([0.05, 0, 0, 0, 0, 0], relative=True).result()
+            first = arm.move_joint([0.4, 0, 0, 0, 0, 0], relative=True)
+            time.sleep(0.5)
+            arm.hold()
+            arm.override(0.6)
+            arm.resume()
+            time.sleep(0.5)
+            arm.override(1.0)
+            first.result()
             move = arm.move_joint([0.8, 0, 0, 0, 0, 0], relative=True)
             time.sleep(0.6)
             arm.stop()
@@ -53,7 +60,7 @@ def test_a_real_log(daemon: Daemon, tmp_path: Path) -> None:
     review = Review.model_validate_json(shown.stdout)
     assert (shown.returncode, review.good, shown.stderr) == (0, True, ""), review.verdict
     assert [move.status for move in review.moves] == ["succeeded", "stopped"]
-    assert [incident.kind for incident in review.incidents] == ["stop", "refusal"]
+    assert [incident.kind for incident in review.incidents] == ["stop", "stop", "refusal"]
     assert review.axes[0].stop_jerk.peak > 0.0
     assert 0.0 < review.axes[0].following_error_share < 1.0
     assert report.read_text("utf-8").startswith("<!doctype html>")
@@ -63,7 +70,7 @@ def test_a_real_log(daemon: Daemon, tmp_path: Path) -> None:
     assert "the same to the bit" in replayed.stdout
     assert replayed.stdout.count("planned again") == 2
 
-    why = json.loads(axisync("why", log, "--json").stdout)
+    why = json.loads(axisync("why", log, "--json").stdout)[1:]
     texts = [fact["text"] for fact in why[0]["evidence"]]
     assert "anonymous sent stop" in texts
     assert any("at rest after" in text for text in texts)

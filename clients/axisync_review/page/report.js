@@ -385,7 +385,9 @@ function limitLines(pen, curve, axes, width, yOf) {
   const draw = (values, colour, dash, name) => {
     pen.strokeStyle = pen.fillStyle = css(colour); pen.globalAlpha = 0.75; pen.lineWidth = 1; pen.setLineDash(dash);
     for (const limit of new Set(values)) for (const value of [limit, -limit]) { pen.beginPath(); pen.moveTo(LEFT, yOf(value)); pen.lineTo(width - RIGHT, yOf(value)); pen.stroke(); }
-    pen.setLineDash([]); pen.textAlign = "right"; pen.textBaseline = "bottom"; pen.fillText(name, width - RIGHT - 3, yOf(Math.max(...values)) - 1);
+    pen.setLineDash([]); pen.textAlign = "left"; pen.textBaseline = "bottom";
+    const label = [name, LEFT + 5, yOf(Math.max(...values)) - 1];  // where curves mostly stand still, and not under them
+    pen.lineWidth = 3; pen.strokeStyle = css("--card"); pen.strokeText(...label); pen.lineWidth = 1; pen.fillText(...label);
     pen.globalAlpha = 1;
   };
   const share = (axis, value) => (view.percent ? 100 * value / curve.limits[axis] : value);
@@ -516,11 +518,13 @@ function drawLateness() {
   pen.textAlign = "center"; pen.textBaseline = "alphabetic"; pen.fillStyle = css("--soft");
   for (let power = Math.ceil(begin); power <= end; power++) pen.fillText(short(10 ** power), xAt(10 ** power), bottom + 15);
   pen.fillText("µs after the tick's instant", (left + width) / 2, height - 4);
+  let last = -99, row = 0;  // names that would run into each other are set below each other
   for (const [name, value] of [["p50", late.p50_us], ["p99", late.p99_us], ["p99.9", late.p999_us], ["max", late.max_us]]) {
     if (value < 10 ** begin) continue;
     const x = Math.min(width - 9, xAt(value));
-    pen.strokeStyle = css("--c1"); pen.setLineDash([4, 3]); pen.beginPath(); pen.moveTo(x, 22); pen.lineTo(x, bottom); pen.stroke(); pen.setLineDash([]);
-    pen.fillStyle = css("--c1"); pen.fillText(name, Math.min(x, width - 16), 14);
+    row = x - last < 36 ? 1 - row : 0; last = x;
+    pen.strokeStyle = css("--c1"); pen.setLineDash([4, 3]); pen.beginPath(); pen.moveTo(x, 22 + 12 * row); pen.lineTo(x, bottom); pen.stroke(); pen.setLineDash([]);
+    pen.fillStyle = css("--c1"); pen.fillText(name, Math.min(x, width - 16), 14 + 12 * row);
   }
 }
 

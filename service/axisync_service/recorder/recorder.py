@@ -231,9 +231,9 @@ class Recorder:
         if self._waiting_since is not None and now - self._waiting_since >= FLUSH_NS and self._file.flush():
             self._on_kernel()
         if self._file is not None and now - self._synced_ns >= SYNC_NS:
-            self._synced_ns = now
+            self._synced_ns = begun = self._monotonic()
             self._file.sync()
-            took_s = (self._monotonic() - now) / SECOND_NS
+            took_s = (self._monotonic() - begun) / SECOND_NS
             if took_s > SLOW_SYNC_S:
                 self._warnings.warn(now, "slow_sync", f"seconds={took_s:.1f} behind={self._reader.behind}")
         if self._full(now):

@@ -1,14 +1,16 @@
 """What the demo plays, what it makes of a cell file, and what it says at the end."""
 
 import re
+import time
 from pathlib import Path
 
 import pytest
 
 from axisync_schemas.cell import Cell, parse_cell
 from axisync_schemas.cell_text import with_files
+from axisync_schemas.memory import Control, Word, region_sizes
 from axisync_schemas.programs import read_program
-from axisync_service.demo import PATIENT, next_steps, patient, program_for
+from axisync_service.demo import PATIENT, Program, ReviewOfRun, next_steps, patient, program_for
 from axisync_service.planner.models import Models
 from support.arms import URDF, urdf_cell_text
 from support.planner_jobs import CELL, MODELS, REST, TEXT, planned
@@ -63,3 +65,35 @@ def test_paths_are_shown_as_they_would_be_typed(monkeypatch: pytest.MonkeyPatch,
     monkeypatch.chdir(tmp_path)
     assert Path(program_for(CELL)[1][1]).is_absolute()
     assert MODELS.cell is CELL
+
+
+def played(program: Program) -> None:
+    program.begin()
+    deadline = time.monotonic() + 60.0
+    while not program.poll():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_the_review_comes_last_whatever_happened_before(capfd: pytest.CaptureFixture[str]) -> None:
+    """Commands after one that failed are left out; how the last one ends does not matter."""
+    answers: list[tuple[str, ...] | None] = [None, None, ("review", "no-such.mcap")]
+    program = Program("tcp/127.0.0.1:1", (("no-such-command",), ("--help",)), lambda: answers.pop(0))
+    played(program)
+    printed = capfd.readouterr().out
+    assert printed.count("$ axisync ") == 2
+    assert program.failed == "axisync no-such-command ended with exit code 2"
+    assert answers == []
+
+
+def test_the_log_is_reviewed_once_its_ticks_are_written(tmp_path: Path) -> None:
+    """Logs of earlier runs and extracts are not."""
+    (tmp_path / "eod-20260101T000000Z.mcap").touch()
+    control = Control(bytearray(region_sizes(0.002, 12, 2)["control"]), 2)
+    last = ReviewOfRun(control, tmp_path, CELL)
+    control[Word.CONTROLLER_TICK] = control[Word.RECORDER_CURSOR] = 500
+    new = tmp_path / "eod-20260102T000000Z.mcap"
+    new.touch()
+    assert last() is None
+    control[Word.CONTROLLER_TICK], control[Word.RECORDER_CURSOR] = 900, 501
+    assert last() == ("review", str(new))

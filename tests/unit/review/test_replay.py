@@ -12,7 +12,7 @@ from axisync_review.replay import Replay, replay
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.ticks import Records
 from support.command_line import Run
-from support.saved_log import STOP_TICK, Maker
+from support.saved_log import STOP_TICK, Maker, event
 
 TICK = 700
 
@@ -109,6 +109,25 @@ def test_without_its_plan_nothing_is_claimed(make: Maker) -> None:
     found = replay([make.write(story=False)])
     assert (found.same, found.plans) == (True, 0)
     assert found.notes[0] == "plan 1 is not in the log: its setpoints were not compared"
+
+
+def test_a_plan_without_its_tables(make: Maker) -> None:
+    """As an older service logged it."""
+    told = _story(STOP_TICK, later=0)
+    for topic, _, message in told:
+        if topic == "/plans":
+            message["rate_codes"] = ""
+    found = replay([make.write(story=False, more=told)])
+    assert (found.same, found.plans) == (True, 0)
+    assert found.notes[0].startswith("plan 1 cannot be read (the path clock's tables cannot be read")
+
+
+@pytest.mark.parametrize("rates", [{"1": "fast"}, {"1": 2.0}, {"1": None}])
+def test_an_override_that_is_none(make: Maker, rates: dict[str, object]) -> None:
+    strange = event("override_set", TICK, rates=rates)
+    found = replay([make.write(more=[("/events", TICK, strange)])])
+    assert (found.same, found.plans) == (True, 1)
+    assert f"met 'override_set' at tick {TICK}" in found.notes[0]
 
 
 def test_ticks_that_are_missing_do_not_stop_a_replay(make: Maker) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from axisync_review import chunks, pieces
 from axisync_review.findings import gather
 from axisync_review.replay import replay
 from axisync_review.review import review_of
@@ -118,3 +119,26 @@ def test_jogging_is_counted_and_not_compared(tmp_path: Path) -> None:
     found = replay([bench.save(tmp_path)])
     assert (found.same, found.not_replayed) == (True, 21)
     assert found.notes == ("kingkong jogs in 20 ticks, which are not replayed",)
+
+
+def test_however_the_log_is_cut_for_reading(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rate that falls on after a resume, and the flags of its ticks, go over the cuts."""
+    bench = Decided()
+    bench.move("kingkong", 1, 0.05)
+    bench.run(100)
+    bench.ask("hold")
+    bench.run(15)
+    bench.ask("resume")
+    bench.until_rest()
+    path, alike = bench.save(tmp_path), chunks._alike
+    played, judged = replay([path]), review_of(gather([path], curves=False))
+    assert played.same
+    assert judged.good, judged.verdict
+    assert max(axis.stop_jerk.share for axis in judged.axes) > 0.5
+    monkeypatch.setattr(pieces, "PIECE_ROWS", 5)
+    monkeypatch.setattr(chunks, "_alike", lambda *run: min(5, alike(*run)))
+    assert replay([path]) == played
+    again = review_of(gather([path], curves=False))
+    assert again.verdict == judged.verdict
+    for one, other in zip(again.axes, judged.axes, strict=True):
+        assert (one.jerk, one.stop_jerk, one.acceleration) == (other.jerk, other.stop_jerk, other.acceleration)
