@@ -74,14 +74,13 @@ def test_two_arms(service: Daemon) -> None:
 
 
 @pytest.fixture(autouse=True)
-def _no_fault_is_left(service: Daemon) -> Iterator[None]:
+def _no_fault_is_left(service: Daemon) -> None:
     """A test that fails leaves the others a chance."""
     with Client(service.endpoint) as client:
         groups = client.state().groups
         for name in (name for name, group in groups.items() if group.state == "fault"):
             with client.lease(name, take=True) as lease:
                 lease.reset()
-    yield
 
 
 @pytest.mark.parametrize("words", [("move.svg",), ()])
