@@ -24,11 +24,14 @@ from axisync_client import (
     to_deg,
 )
 from axisync_emulator.faults.control import ask
-from support.daemon import Daemon, running, wait_for
+from axisync_schemas.cell import override
+from support.daemon import Daemon, eod_text, patient, running, wait_for
 
 EXAMPLES = Path(__file__).parents[2] / "clients" / "examples"
 TIMEOUT_S = 90.0
-FAULT = {"kind": "emergency", "bus": "kingkong", "node": 1, "code": 0x3210, "duration_s": 0.2}
+PERIOD_MS = 8.0
+"""Clients do not care, and the machine has time for them."""
+FAULT = {"kind": "emergency", "bus": "kingkong", "node": 1, "code": 0x2310, "duration_s": 0.2}
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +39,8 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Daemon]:
     """One daemon for all tests here, with drives that can be given faults."""
     directory = tmp_path_factory.mktemp("sdk")
     (directory / "control").mkdir()
-    with running(directory, arguments=("--control", str(directory / "control"))) as daemon:
+    text = override(patient(eod_text()), {"period_ms": PERIOD_MS})
+    with running(directory, text, arguments=("--control", str(directory / "control"))) as daemon:
         with Client(daemon.endpoint, timeout_s=TIMEOUT_S) as client:
             client.plan_joint("kingkong", client.state().groups["kingkong"].setpoint)  # the planner is warm
         yield daemon
