@@ -157,19 +157,23 @@ def test_async_move_that_somebody_stops(service: Daemon) -> None:
 
 
 def test_two_operators(service: Daemon) -> None:
+    """The move goes on for who takes the lease, to hold, resume or stop it."""
     told = threading.Event()
     with Client(service.endpoint) as first, Client(service.endpoint) as second:
         lease = first.lease("kingkong", on_lost=lambda *_: told.set())
         lease.enable()
-        move = lease.move_joint(deg(-5, 0, 0, 0, 0, 0), relative=True, duration_s=8.0)
+        move = lease.move_joint(deg(-5, 0, 0, 0, 0, 0), relative=True, duration_s=40.0)
         wait_for(lambda: move.progress() > 0.0, "it moves", TIMEOUT_S)
-        with second.lease("kingkong", take=True) as taken:
+        with second.lease("kingkong", ttl_s=10.0, take=True) as taken:
             with pytest.raises(LeaseLost, match="the lease on kingkong is lost"):
-                move.wait(TIMEOUT_S, through_held=True)
+                move.wait(TIMEOUT_S)
             assert told.wait(TIMEOUT_S)
+            taken.hold()
             wait_for(lambda: move.report().status is MoveStatus.HELD, "it is held", TIMEOUT_S)
             taken.resume()
-            wait_for(lambda: move.report().status is MoveStatus.SUCCEEDED, "it arrives", TIMEOUT_S)
+            wait_for(lambda: move.report().status is MoveStatus.EXECUTING, "it goes on", TIMEOUT_S)
+            taken.stop()
+            wait_for(lambda: move.report().status is MoveStatus.STOPPED, "it is stopped", TIMEOUT_S)
 
 
 def test_a_front_that_is_killed_is_found_again(service: Daemon) -> None:
