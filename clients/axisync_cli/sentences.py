@@ -15,7 +15,7 @@ _WHAT_TO_TYPE = {
 }
 
 _WHEN_LOST = (
-    "`axisync lease` shows the holders, `axisync state` what became of the move, `axisync stop {group}` ends it"
+    "`axisync lease` shows the holders, `axisync state` what the move does, `axisync stop {group}` ends it"
 )
 
 
