@@ -76,7 +76,7 @@ class Refused(AxisyncError):
 
 
 class LeaseLost(AxisyncError):
-    """The lease is somebody else's, lapsed or void; what moved under it comes to `held`."""
+    """The lease lapsed or is void, and what moved comes to `held`; or somebody took it, and what moves goes on."""
 
     code = ErrorCode.LEASE_FENCED
 

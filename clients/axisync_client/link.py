@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from axisync_client.errors import TimedOut, Unavailable
 from axisync_schemas.errors import ErrorBody
 
-CONNECT_TIMEOUT_S = 2.0
+CONNECT_TIMEOUT_S = 5.0
 GRACE_S = 1.0
 """How long a question is repeated while nobody is there to answer it: a restarting daemon is back by then."""
 RETRY_PAUSE_S = 0.05

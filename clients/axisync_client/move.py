@@ -45,7 +45,7 @@ class Move:
 
         Raises:
             MoveTimedOut: still on its way.
-            LeaseLost: the move goes on to `held` without us.
+            LeaseLost: the move comes to `held`, or goes on for whoever took the lease.
             Unavailable: the daemon is gone.
         """
         watch = Watch(self._check, timeout_s, through_held=through_held)

@@ -3,7 +3,7 @@
 Start `axisyncd demo` in another terminal, then: python clients/examples/fault_recovery.py
 
 A fault to recover from: start the demo with `--control DIR`, and while this runs,
-axisync-emulator inject DIR/kingkong.sock kind=emergency bus=kingkong node=1 code=0x3210 duration_s=0.2
+axisync-emulator inject DIR/kingkong.sock kind=emergency bus=kingkong node=1 code=0x2310 duration_s=0.2
 """
 
 import sys

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import arms
+import clients
 import drives
 import numpy as np
 import planner
@@ -26,7 +27,9 @@ from axisync_client import Client
 from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
 
-BENCHES = ("planner", "arms", "drives", "recorder", "review", "lateness", "stages", "requests", "stops", "processes")
+BENCHES = (
+    "planner", "arms", "drives", "recorder", "review", "lateness", "stages", "clients", "requests", "stops", "processes",
+)  # fmt: skip
 SERVICE_FREE = frozenset({"planner", "arms", "drives", "recorder", "review"})
 """Benches of libraries alone, or in lock-step."""
 SWINGING = frozenset({"lateness", "stages", "processes"})
@@ -101,6 +104,8 @@ class Bench:
             if self._wanted & SWINGING:
                 self._report.say(f"moving {len(found.cell.axes)} axes for {self._seconds:g} s")
                 self._swing(daemon, controller, arms, found)
+            if "clients" in self._wanted:
+                clients.measure(self._report, client, arms, self._moves)
             if "requests" in self._wanted:
                 self._report.say(f"starting {self._moves} short moves")
                 found.requests = arms.requests(self._moves)

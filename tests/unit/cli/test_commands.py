@@ -158,7 +158,7 @@ def test_a_lease_lost_in_mid_move_is_one_sentence(run: Run, peer: Peer, monkeypa
     assert moved.err.startswith(
         "the lease on kingkong is lost (this lease has lapsed, was released or taken over): what"
     )
-    assert moved.err.endswith("`axisync resume kingkong --take` goes on\n")
+    assert moved.err.endswith("`axisync stop kingkong` ends it\n")
     assert moved.err.count("\n") == 1
 
 

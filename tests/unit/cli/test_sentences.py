@@ -39,7 +39,7 @@ def refused(code: ErrorCode, message: str, **details: object) -> Refused:
         (
             LeaseLost("lost", "acquire it again"),
             "k",
-            "lost: what moved is held, `axisync lease` shows the holders, `axisync resume k --take` goes on",
+            "lost: `axisync lease` shows the holders, `axisync state` what the move does, `axisync stop k` ends it",
         ),
     ],
 )

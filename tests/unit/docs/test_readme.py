@@ -1,0 +1,86 @@
+"""What README has a new user type is accepted where the demo's programs end, one command after the other."""
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import typer
+
+from axisync_cli.main import app
+from axisync_cli.move_options import Asked
+from axisync_client import Program, deg, moves
+from axisync_schemas.cell import Cell, parse_cell
+from axisync_schemas.programs import read_program
+from axisync_service.demo import PROGRAMS, SLOW, patient, program_for
+from axisync_service.planner.models import Models
+from support.planner_jobs import CELL, REST, TEXT, plan_of, planned
+
+README = (Path(__file__).parents[3] / "README.md").read_text(encoding="utf-8")
+COMMANDS = [
+    shlex.split(line, comments=True)[1:] for line in README.splitlines() if line.startswith(".venv/bin/axisync ")
+]
+SNIPPETS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+
+
+class Robot:
+    """Where both arms are after what was planned."""
+
+    def __init__(self, cell: Cell) -> None:
+        self.at, self.models = np.array(REST), Models(cell)
+        for words in program_for(cell):
+            if words[0] == "run":
+                self.play(read_program(PROGRAMS / Path(words[1]).name), 0.5 if words[2:] == SLOW else 1.0)
+
+    def play(self, program: Program, speed: float = 1.0, commit: bool = True) -> None:
+        axes = list(CELL.axis_indices(program.group))
+        at = {"start": tuple(self.at[axes]), "rest": tuple(self.at)}
+        speed *= program.speed_scale
+        result = planned(program.move, self.models, group=program.group, speed_scale=speed, **at)
+        if commit:
+            self.at[axes] = plan_of(result).end
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["real time", "late drives"])
+def robot(request: pytest.FixtureRequest) -> Robot:
+    """As the demo runs where it has real-time priority, and where it has not."""
+    return Robot(parse_cell(patient(TEXT, request.param)))
+
+
+def parsed(words: list[str]) -> dict[str, Any]:
+    """The options of one command line, or a usage error."""
+    command = typer.main.get_command(app).commands[words[0]]  # type: ignore[attr-defined]
+    return dict(command.make_context(words[0], words[1:]).params)
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_every_command_is_one(words: list[str]) -> None:
+    parsed(words)
+
+
+def test_every_move_is_accepted_in_turn(robot: Robot) -> None:
+    asked = [words for words in COMMANDS if words[0] in ("plan", "move", "run")]
+    assert len(asked) >= 5
+    for words in asked:
+        options = parsed(words)
+        if words[0] == "run":
+            program = read_program(Path(__file__).parents[3] / options["file"])
+        else:
+            program = Asked(**{name: value for name, value in options.items() if name in Asked.__slots__}).program()
+        robot.play(program, options.get("speed", 1.0), commit=words[0] != "plan")
+
+
+def test_every_snippet_is_accepted_after_it(robot: Robot) -> None:
+    class Arm:
+        def __init__(self, group: str) -> None:
+            self.group = group
+
+        def move_joint(self, target: Any, **options: Any) -> None:
+            robot.play(Program(name="snippet", group=self.group, move=moves.joint(target, **options)))
+
+    assert len(SNIPPETS) == 1
+    ((target, options),) = re.findall(r"arm\.move_joint\((deg\([^)]*\))(.*?)\)", SNIPPETS[0])
+    (group,) = re.findall(r'lease\("(\w+)"\)', SNIPPETS[0])
+    eval(f"arm.move_joint({target}{options})", {"arm": Arm(group), "deg": deg})
