@@ -21,8 +21,8 @@ from support.rate_runs import UP_TICKS, log_of, plan_of
 
 SETTLING = 600
 """Ticks before anything is compared."""
-BLOCKS_PER_TICK = 0.2
-"""The events of the commands below are kept by the test; one object a tick in the loop would be five times as much."""
+BLOCKS_PER_TICK = 0.5
+"""The events of the commands below are kept by the test; a quarter of a block a tick. One object a tick is more."""
 
 
 @dataclass
