@@ -146,7 +146,12 @@ class Bench:
         try:
             sampler = Sampler(daemon.pid, ("bench (client)", os.getpid()))
             growth = Growth(sampler.usage, self._seconds)
-            found.span_ns = arms.swing(self._seconds, lambda: (stages.poll(), growth.poll()))
+
+            def look() -> None:
+                stages.poll()
+                growth.poll()
+
+            found.span_ns = arms.swing(self._seconds, look)
             found.growth = growth
             found.usages = sampler.usage()
             found.beside = (beside.name, beside.result())
