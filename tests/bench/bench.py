@@ -14,6 +14,7 @@ import scale
 import stops_ratio
 from crowd import Crowd
 from daemon import Daemon
+from lines import tool_lines
 from percentiles import Distribution
 from phases import Arms, Call, acquire
 from processes import Sampler, Usage, find
@@ -42,7 +43,8 @@ GROUP = "both"
 ALONE_S = 10.0
 FLOODING, WATCHING = 4, (0, 1, 10, 50)
 """Clients that ask for plans; clients that subscribe to every tick, in turn."""
-RATIO_MOVES = 60
+RATIO_MOVES, RATIO_LINES = 150, 100
+"""Of each four stops: 1,000 in all."""
 
 
 @dataclass(slots=True)
@@ -90,7 +92,7 @@ class Bench:
         if "drives" in self._wanted:
             drives.measure(self._report)
         if "ratio" in self._wanted:
-            stops_ratio.measure(self._report, RATIO_MOVES)
+            stops_ratio.measure(self._report, RATIO_MOVES, tool_lines(RATIO_LINES))
         if "scale" in self._wanted:
             scale.measure(self._report, self._figure)
         if self._wanted <= SERVICE_FREE:

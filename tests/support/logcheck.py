@@ -23,9 +23,9 @@ EPSILON = float(np.finfo(np.float64).eps)
 ROUNDING = 4.0
 """Errors of a position in units of eps |q|: Horner's rule, and the path parameter as a sum of periods."""
 LOGGED = 1.0 + 1e-7
-"""Allowance for logged derivatives, which are evaluated and not measured: a path clock finds its rate by iteration."""
+"""Allowance for logged derivatives, which are evaluated, not measured: a path clock finds its rate by iteration."""
 WITHIN_TICK = 1.0 + 1e-3
-"""A changing rate keeps the limits of jerk where a tick begins and ends; between them it may bulge, by less than this."""
+"""While the rate changes, jerk is within its limit where a tick begins and ends; between them it may bulge by less."""
 ARRIVED = 1e-12
 """Distance that counts as none when ticks of departure and arrival are compared: a millionth of a count, rad."""
 SESSION_S = 86400.0
