@@ -23,8 +23,8 @@ from support.lock_step import Run, Script, Steps, as_log, conduct, emulated
 from support.logread import JsonMessage, Log
 from support.plans import joint_plan
 
-UP_TICKS = 170
-"""Bring-up of a few drives."""
+UP_TICKS = 1000
+"""Bring-up takes less."""
 AFTER_TICKS = 20
 MOST_TICKS = 3000
 """After the last order."""
@@ -66,6 +66,14 @@ class Outside:
 
     stops: list[int]
     cycle: Cycle | None = None
+    waited: int = 0
+
+    def ready(self) -> bool:
+        """Every drive is brought up; given up after a while."""
+        if self.cycle is None:
+            return False
+        self.waited += 1
+        return self.waited > UP_TICKS or all(group.ready for group in self.cycle.core.groups)
 
     def moving(self) -> bool:
         """A motion is under way, or held."""
@@ -126,7 +134,7 @@ def plan_of(cell: Cell, group: str, reach: float) -> PlanLog:
 
 
 def _steps(cell: Cell, plan: PlanLog, group: str, orders: Sequence[Order], outside: Outside) -> Steps:
-    for _ in range(UP_TICKS):
+    while not outside.ready():
         yield None
     yield GroupCommand(op="enable", ref=0, group=group)
     yield BeginCommand(ref=0, group=group, plan_id=plan.plan_id, slot=0, epochs=())

@@ -17,8 +17,10 @@ from support import logcheck
 from support.cells import small
 from support.daemon import eod_text
 from support.lock_step import Run, Script, Steps, conduct, emulated
-from support.rate_runs import UP_TICKS, log_of, plan_of
+from support.rate_runs import log_of, plan_of
 
+UP_TICKS = 170
+"""Bring-up of two drives."""
 SETTLING = 600
 """Ticks before anything is compared."""
 BLOCKS_PER_TICK = 0.5
