@@ -125,9 +125,11 @@ def _cycle(cycle: CycleReport | None) -> str:
         return "cycle: no timing yet"
     late = cycle.lateness_us
     scheduling = "real time" if cycle.realtime else "no real-time scheduling"
+    causes = ", ".join(f"{count} by {cause.replace('_', ' ')}" for cause, count in cycle.late_by.items() if count)
     return (
         f"cycle: {cycle.period_s * 1e3:g} ms, {scheduling}, {cycle.skipped_ticks} ticks skipped, "
         f"late by {late.p50:.0f} us (p50), {late.p99:.0f} us (p99), {late.max:.0f} us (max)"
+        + (f"; {cycle.late_ticks} late ticks: {causes}" if causes else "")
     )
 
 

@@ -38,6 +38,7 @@ class EventKind(StrEnum):
     TICKS_SKIPPED = "ticks_skipped"
     TICKS_LATE = "ticks_late"
     TICKS_OVERRUN = "ticks_overrun"
+    COMMANDS_MALFORMED = "commands_malformed"
     CYCLE_FAILED = "cycle_failed"
     REALTIME = "realtime"
     RECORDER_LOST = "recorder_lost"

@@ -165,9 +165,9 @@ class TimingRing:
         TIMING.pack_into(self._view, offset, tick, lateness, read, decide, write, record, skipped, cause)
 
     def read(self, first: int, last: int) -> list[tuple[int, ...]]:
-        """Ticks first <= tick < last, where still there: (tick, lateness, read, decide, write, record, skipped, cause)."""
+        """Ticks first <= tick < last, where still there: (tick, lateness, the four stages, skipped, cause)."""
         rows = []
-        for tick in range(max(first, last - TIMING_SLOTS), last):
+        for tick in range(max(first, last - TIMING_SLOTS, 1), last):
             row = TIMING.unpack_from(self._view, (tick % TIMING_SLOTS) * TIMING.size)
             if row[0] == tick:
                 rows.append(row)

@@ -19,9 +19,10 @@ sys.path.insert(1, str(Path(__file__).parents[1]))  # for tests/support
 import machine
 from daemon import DaemonError
 from report import Report
+from stress import LOADS
 
 from axisync_client import AxisyncError
-from bench import BENCHES, Bench
+from bench import BENCHES, UNASKED, Bench
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -33,7 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report.say(here.sentence())
     try:
         with tempfile.TemporaryDirectory(prefix="axisync-bench-") as directory:
-            bench = Bench(report, frozenset(options.only or BENCHES), options.seconds, options.moves)
+            wanted = frozenset(options.only or UNASKED)
+            bench = Bench(report, wanted, options.seconds, options.moves, options.figure, options.stress)
             bench.run(Path(directory))
     except (DaemonError, AxisyncError, RuntimeError, LookupError, ValueError) as error:
         print(f"bench: {error}", file=sys.stderr)
@@ -54,6 +56,8 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
         "--moves", type=_count, default=100, help="moves started and moves stopped, by default 100 each"
     )
     parser.add_argument("--only", action="append", choices=BENCHES, help="may be given several times")
+    parser.add_argument("--stress", choices=LOADS, help="load the machine by stress-ng while the service runs")
+    parser.add_argument("--figure", type=Path, metavar="FILE", help="draw what a step costs, as SVG (scale)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the numbers there")
     return parser.parse_args(arguments)
 

@@ -14,13 +14,19 @@ import numpy as np
 import planner
 import recorder
 import review
+import scale
+import stops_ratio
+from crowd import Crowd
 from daemon import Daemon
+from lines import tool_lines
 from percentiles import Distribution
 from phases import Arms, Call, acquire
 from processes import Sampler, Usage, find
 from reference import Reference, Scheduling
 from report import Report
+from soak import Growth
 from stages import StageReader
+from stress import Stress
 from ticklog import TickLog, read
 
 from axisync_client import Client
@@ -28,14 +34,21 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
 
 BENCHES = (
-    "planner", "arms", "drives", "recorder", "review", "lateness", "stages", "clients", "requests", "stops", "processes",
+    "planner", "arms", "drives", "ratio", "scale", "recorder", "review", "lateness", "stages", "clients", "requests", "stops",
+    "processes", "flood", "subscribers", "soak",
 )  # fmt: skip
-SERVICE_FREE = frozenset({"planner", "arms", "drives", "recorder", "review"})
+SERVICE_FREE = frozenset({"planner", "arms", "drives", "ratio", "scale", "recorder", "review"})
 """Benches of libraries alone, or in lock-step."""
-SWINGING = frozenset({"lateness", "stages", "processes"})
+UNASKED = frozenset(BENCHES) - {"soak"}
+"""What runs unless something is named; a soak is as long as `--seconds`, and wants many."""
+SWINGING = frozenset({"lateness", "stages", "processes", "soak"})
 """Benches that need the arms to move for a while."""
 GROUP = "both"
 ALONE_S = 10.0
+FLOODING, WATCHING = 4, (0, 1, 10, 50)
+"""Clients that ask for plans; clients that subscribe to every tick, in turn."""
+RATIO_MOVES, RATIO_LINES = 150, 100
+"""Of each four stops: 1,000 in all."""
 
 
 @dataclass(slots=True)
@@ -50,13 +63,21 @@ class Findings:
     usages: list[Usage] = field(default_factory=list)
     requests: list[Call] = field(default_factory=list)
     stops: list[Call] = field(default_factory=list)
+    flooded: list[Call] = field(default_factory=list)
+    watched_ns: dict[int, tuple[int, int]] = field(default_factory=dict)
+    growth: Growth | None = None
     failures: list[str] = field(default_factory=list)
 
 
 class Bench:
     """The benches that are wanted, in one run of the service."""
 
-    def __init__(self, report: Report, wanted: frozenset[str], seconds: float, moves: int) -> None:
+    def __init__(
+        self, report: Report, wanted: frozenset[str], seconds: float, moves: int, figure: Path | None = None,
+        stress: str | None = None,
+    ) -> None:  # fmt: skip
+        """`figure`: where the picture of `scale` goes. `stress`: what is done to the machine beside the service."""
+        self._figure, self._stress = figure, stress
         self._report = report
         self._wanted = wanted
         self._seconds = seconds
@@ -79,9 +100,13 @@ class Bench:
         if "review" in self._wanted:
             with tempfile.TemporaryDirectory(prefix="axisync-bench-") as scratch:
                 review.measure(self._report, Path(scratch))
+        if "ratio" in self._wanted:
+            stops_ratio.measure(self._report, RATIO_MOVES, tool_lines(RATIO_LINES))
+        if "scale" in self._wanted:
+            scale.measure(self._report, self._figure)
         if self._wanted <= SERVICE_FREE:
             return
-        with Daemon(directory) as daemon:
+        with Daemon(directory) as daemon, Stress(self._stress):
             self._report.say("starting the service")
             daemon.wait_ready()
             found = self._measure(daemon)
@@ -112,16 +137,35 @@ class Bench:
             if "stops" in self._wanted:
                 self._report.say(f"stopping {self._moves} moves")
                 found.stops = arms.stops(self._moves)
+            if "flood" in self._wanted:
+                self._report.say(f"stopping {self._moves} moves while {FLOODING} clients ask for plans")
+                with Crowd("plan", daemon.endpoint, FLOODING):
+                    found.flooded = arms.stops(self._moves)
+            if "subscribers" in self._wanted:
+                self._subscribers(daemon, arms, found)
             found.failures = arms.failures
             lease.disable(GROUP)
         return found
+
+    def _subscribers(self, daemon: Daemon, arms: Arms, found: Findings) -> None:
+        for count in WATCHING:
+            self._report.say(f"moving with {count} subscribers of every tick")
+            with Crowd("watch", daemon.endpoint, count):
+                found.watched_ns[count] = arms.swing(self._seconds / len(WATCHING), lambda: None)
 
     def _swing(self, daemon: Daemon, controller: int, arms: Arms, found: Findings) -> None:
         stages = StageReader(controller, len(found.cell.groups))
         beside = Reference(found.cell.period, self._seconds, found.scheduling.beside())
         try:
             sampler = Sampler(daemon.pid, ("bench (client)", os.getpid()))
-            found.span_ns = arms.swing(self._seconds, stages.poll)
+            growth = Growth(sampler.usage, self._seconds)
+
+            def look() -> None:
+                stages.poll()
+                growth.poll()
+
+            found.span_ns = arms.swing(self._seconds, look)
+            found.growth = growth
             found.usages = sampler.usage()
             found.beside = (beside.name, beside.result())
         finally:
@@ -165,6 +209,15 @@ class Bench:
         if found.stops:
             rows = _spans(found.stops, log.first_slowed_ns, "first slowed setpoint in force")
             self._report.distributions("stops", "From a call of `stop` to", "ms", rows, (50, 99))
+        if found.flooded:
+            rows = _spans(found.flooded, log.first_slowed_ns, "first slowed setpoint in force")
+            title = f"From a call of `stop`, while {FLOODING} clients ask for plans, to"
+            self._report.distributions("flood", title, "ms", rows, (50, 99))
+        if found.watched_ns:
+            spans = {f"{n} subscribers": lateness(log.between(*span)) for n, span in found.watched_ns.items()}
+            self._report.distributions("subscribers", "Lateness beside subscribers", "us", spans, (50, 99, 99.9))
+        if "soak" in self._wanted and found.growth is not None:
+            found.growth.say(self._report, log.between(*found.span_ns), found.cell.period_ns)
 
 
 def _spans(calls: list[Call], instant_ns: Callable[[str], int], what: str) -> dict[str, Distribution]:

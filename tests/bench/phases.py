@@ -69,7 +69,7 @@ class Arms:
         self._sign = -self._sign
         return move
 
-    def swing(self, seconds: float, meanwhile: Callable[[], None]) -> tuple[int, int]:
+    def swing(self, seconds: float, meanwhile: Callable[[], object]) -> tuple[int, int]:
         """Keeps all axes moving for so long; returns begin and end, monotonic ns."""
         begin = time.monotonic_ns()
         while time.monotonic_ns() < begin + seconds * 1e9:

@@ -23,10 +23,10 @@ PULSES: tuple[Pulse, ...] = ("constant", "constant", "parabolic")
 STOPS_PER_MOVE = 4
 
 
-def measure(report: Report, moves: int = 250, others: Iterable[Trajectory] = ()) -> None:
-    """Measures and prints ratios, what a tick costs, and what the tables cost: of joint moves, and of any `others`."""
+def measure(report: Report, moves: int = 250, lines: Iterable[Trajectory] = ()) -> None:
+    """Measures and prints ratios, what a tick costs, and what the tables cost: of joint moves, and of tool lines."""
     rows: dict[str, tuple[list[float], list[float], list[float]]] = {}
-    for name, paths in (("joint", joint_moves(moves)), ("others", iter(others))):
+    for name, paths in (("joint", joint_moves(moves)), ("lines of the tool", iter(lines))):
         ratios, ticks, tables = [], [], []
         for number, path in enumerate(paths):
             begin = perf_counter_ns()

@@ -56,6 +56,7 @@ class Script:
     """
 
     leases_needed = False
+    malformed = 0
     connected = True
 
     def __init__(self, steps: Steps) -> None:

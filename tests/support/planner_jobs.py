@@ -48,7 +48,7 @@ def job(
 ) -> PlanJob:
     """A move as a model, or as a request has it."""
     made = MOVE.validate_python(move, strict=False) if isinstance(move, dict) else move
-    rest = {"ref": 1, "plan_id": 7, "speed_scale": 1.0, "rest": REST} | fields
+    rest: dict[str, Any] = {"ref": 1, "plan_id": 7, "speed_scale": 1.0, "rest": REST} | fields
     return PlanJob(group=group, slot=slot, start=start, move=made, **rest)
 
 

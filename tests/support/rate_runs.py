@@ -23,10 +23,10 @@ from support.lock_step import Run, Script, Steps, as_log, conduct, emulated
 from support.logread import JsonMessage, Log
 from support.plans import joint_plan
 
-UP_TICKS = 170
-"""Bring-up of a few drives."""
+UP_TICKS = 1000
+"""Bring-up takes less."""
 AFTER_TICKS = 20
-MOST_TICKS = 8000
+MOST_TICKS = 3000
 """After the last order."""
 Order = tuple[int, str | float]
 """Ticks after the move's begin, and hold, resume, stop, or an override."""
@@ -66,6 +66,14 @@ class Outside:
 
     stops: list[int]
     cycle: Cycle | None = None
+    waited: int = 0
+
+    def ready(self) -> bool:
+        """Every drive is brought up; given up after a while."""
+        if self.cycle is None:
+            return False
+        self.waited += 1
+        return self.waited > UP_TICKS or all(group.ready for group in self.cycle.core.groups)
 
     def moving(self) -> bool:
         """A motion is under way, or held."""
@@ -90,7 +98,7 @@ class LateTime:
 
 
 def play_orders(
-    directory: Path, text: str, orders: Sequence[Order], group: str = "both", reach: float = 0.6,
+    directory: Path, text: str, orders: Sequence[Order], group: str = "both", reach: float = 1.5,
     late: Late | None = None,
 ) -> RateRun:  # fmt: skip
     """Moves every axis of the group by up to `reach`, rad, and gives orders on the way."""
@@ -111,7 +119,7 @@ def play_orders(
     with emulated(cell_file, directory):
         run = conduct(cell, script, [plan], each_tick)
     frames = list(framecheck.parse(directory / "frames.log"))
-    return RateRun(cell, group, plan, run, _log_of(cell, run, plan), framecheck.collect(cell, frames))
+    return RateRun(cell, group, plan, run, log_of(cell, run, plan), framecheck.collect(cell, frames))
 
 
 def plan_of(cell: Cell, group: str, reach: float) -> PlanLog:
@@ -126,7 +134,7 @@ def plan_of(cell: Cell, group: str, reach: float) -> PlanLog:
 
 
 def _steps(cell: Cell, plan: PlanLog, group: str, orders: Sequence[Order], outside: Outside) -> Steps:
-    for _ in range(UP_TICKS):
+    while not outside.ready():
         yield None
     yield GroupCommand(op="enable", ref=0, group=group)
     yield BeginCommand(ref=0, group=group, plan_id=plan.plan_id, slot=0, epochs=())
@@ -149,7 +157,7 @@ def _steps(cell: Cell, plan: PlanLog, group: str, orders: Sequence[Order], outsi
         yield None
 
 
-def _log_of(cell: Cell, run: Run, plan: PlanLog) -> Log:
+def log_of(cell: Cell, run: Run, plan: PlanLog) -> Log:
     """As the recorder would have it."""
     events = [
         JsonMessage(0, {"kind": happening.kind.value, "details": happening.details}) for happening in run.happenings
@@ -178,8 +186,9 @@ def limit_problems(played: RateRun) -> list[str]:
     """V, A, J by differences: `stop_limits` where a window of samples touches a stop, else `limits`."""
     cell, rows = played.cell, played.moving
     axes = list(played.plan.axes)
-    positions = played.log.ticks["position"][rows[0] - 3 : rows[-1] + 4][:, axes]
-    stopping = np.pad(_within_stop_limits(played), 3, mode="edge")
+    before, after = min(int(rows[0]), 3), min(len(played.log.ticks) - 1 - int(rows[-1]), 3)
+    positions = played.log.ticks["position"][rows[0] - before : rows[-1] + after + 1][:, axes]
+    stopping = np.pad(_within_stop_limits(played), (before, after), mode="edge")
     found = []
     for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
         values = np.abs(np.diff(positions, order, axis=0)) / cell.period**order
@@ -191,7 +200,7 @@ def limit_problems(played: RateRun) -> list[str]:
         share = values / allowed
         if share.max() > 1.0:
             tick, axis = np.unravel_index(share.argmax(), share.shape)
-            where = f"row {rows[0] - 3 + tick}, {cell.axes[axes[axis]].name}"
+            where = f"row {rows[0] - before + tick}, {cell.axes[axes[axis]].name}"
             found.append(f"{where}: {name} is {share.max():.9f} of what is allowed")
     return found
 

@@ -31,7 +31,7 @@ def at_target(played: RateRun) -> bool:
 
 
 def test_hold_and_resume_at_rest_and_while_it_still_slows(tmp_path: Path) -> None:
-    played = play(tmp_path, (300, "hold"), (560, "resume"), (800, "hold"), (840, "resume"))
+    played = play(tmp_path, (300, "hold"), (720, "resume"), (1000, "hold"), (1050, "resume"))
     states = played.log.ticks["group_state"][:, 0]
     assert np.count_nonzero(np.diff((states == GroupState.HELD).astype(int)) == 1) == 1
     assert np.count_nonzero(np.diff((states == GroupState.STOPPING).astype(int)) == 1) == 2
@@ -48,9 +48,9 @@ def test_a_stop_of_a_hold(tmp_path: Path) -> None:
 
 def test_an_override_down_to_nothing_and_back(tmp_path: Path) -> None:
     """Within the limits of moves all the way, and in the log tick by tick: it begins no earlier than the command."""
-    played = play(tmp_path, (450, 0.3), (1200, 0.0), (1700, 1.0))
+    played = play(tmp_path, (660, 0.3), (1400, 0.0), (1900, 1.0))
     rate = rate_of(played)
-    assert (rate[:450] == 1.0).all()
+    assert (rate[:660] == 1.0).all()
     assert (rate == 0.3).any()
     assert (rate == 0.0).any()
     assert rate[-1] > rate.min()
@@ -62,10 +62,10 @@ def test_an_override_down_to_nothing_and_back(tmp_path: Path) -> None:
 def test_ticks_that_are_missing_are_counted_and_change_nothing(tmp_path: Path) -> None:
     """Fault 31: the setpoints keep their limits and their grid; each skipped tick has its record, and no SYNC."""
     period = 2_000_000
-    late = {500: 3 * period, 640: period, 700: 90_000}
-    played = play_orders(tmp_path, TEXT, [(400, "hold"), (640, "resume")], late=late)
+    late = {600: 3 * period, 640: period, 1100: 900_000}
+    played = play_orders(tmp_path, TEXT, [(400, "hold"), (860, "resume")], late=late)
     assert problems(played) == []
-    assert np.count_nonzero(played.log.ticks["skipped"]) == 5
+    assert np.count_nonzero(played.log.ticks["skipped"]) == 4
     said = [event for event in played.run.happenings if event.kind.value == "ticks_late"]
     assert said[0].details["worst_cause"] == "scheduler"
     assert end_of(played) == "succeeded"
@@ -81,25 +81,27 @@ def test_too_many_missing_ticks_are_a_fault_and_the_drives_stop_by_themselves(tm
     assert not any(played.log.ticks["group_state"][530:, 0] == GroupState.MOVING)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(1))
 def test_random_orders(tmp_path: Path, seed: int) -> None:
     play(tmp_path, *random_orders(seed))
 
 
 @pytest.mark.campaign
 @pytest.mark.timeout(300)
-@pytest.mark.parametrize("seed", range(2, 42))
+@pytest.mark.parametrize("seed", range(1, 41))
 def test_many_random_orders(tmp_path: Path, seed: int) -> None:
-    played = play_orders(tmp_path, eod_text(), random_orders(seed), reach=0.5)
+    played = play_orders(tmp_path, eod_text(), random_orders(seed), reach=0.8)
     assert problems(played) == []
 
 
 def random_orders(seed: int) -> list[Order]:
-    """At random ticks; a stop, if any, comes last."""
+    """At random ticks; what comes last lets the move end. A hold or a resume that comes too late is refused."""
     rng = np.random.default_rng(seed)
     at = np.cumsum(rng.integers(1, int(rng.choice([4, 60, 400])), size=12)) + int(rng.integers(0, 500))
     orders: list[Order] = []
     for tick in at.tolist():
         kind = rng.random()
         orders.append((tick, "hold" if kind < 0.2 else "resume" if kind < 0.5 else float(rng.choice([0.0, 0.4, 1.0]))))
-    return [*orders, (orders[-1][0] + 40, "stop") if rng.random() < 0.5 else (orders[-1][0] + 40, "resume")]
+    last = orders[-1][0] + 40
+    ending: list[Order] = [(last, "stop")] if rng.random() < 0.5 else [(last, "resume"), (last, 1.0)]
+    return orders + ending

@@ -101,8 +101,8 @@ def _processor(facts: Facts) -> Iterator[Finding]:
     busy = facts.load > facts.cpus
     says = f"{facts.cpus} for this process, load {facts.load:.1f}" + (", a virtual machine" if facts.virtual else "")
     level = Level.ADVICE if busy or facts.virtual or facts.cpus < 2 else Level.OK
-    advice = "stop other work" if busy else "a machine of its own" if level is Level.ADVICE else None
-    yield Finding("CPUs", level, says, advice)
+    change = "stop other work" if busy else "a machine of its own" if level is Level.ADVICE else None
+    yield Finding("CPUs", level, says, change)
 
 
 def _can(interface: CanInterface) -> Finding:

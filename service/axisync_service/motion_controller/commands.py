@@ -22,6 +22,7 @@ from axisync_service.motion_controller.groups import (
 )  # fmt: skip
 from axisync_service.motion_controller.homing_commands import HomingCommands
 from axisync_service.motion_controller.motions import Motions
+from axisync_service.motion_controller.plan_check import fault_of
 from axisync_service.motion_controller.player import Motion
 from axisync_service.motion_controller.voice import Voice
 
@@ -235,6 +236,8 @@ class Commands:
             return ErrorCode.STALE, f"the time of this jog of {command.group} was over before it began"
         if tuple(plan.axes.tolist()) != self._cell.axis_indices(command.group):
             return ErrorCode.INTERNAL, f"plan {plan.plan_id} is not for the axes of {command.group}"
+        if fault := fault_of(plan, [self._cell.axes[axis] for axis in plan.axes.tolist()]):
+            return ErrorCode.INTERNAL, f"plan {plan.plan_id} is not played: {fault}"
         if np.abs(plan.start - setpoint[plan.axes]).max() > START_TOLERANCE:
             return ErrorCode.WRONG_STATE, f"plan {plan.plan_id} does not begin at the setpoint"
         return None

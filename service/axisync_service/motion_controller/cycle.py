@@ -1,7 +1,6 @@
 """The loop: wait for the tick, SYNC, read, decide, write, record. Every way out of it stops the drives."""
 
 import gc
-import logging
 import resource
 import time
 from collections.abc import Callable
@@ -35,7 +34,6 @@ GARBAGE_PERIOD_S = 1.0
 OLD_GARBAGE_EVERY = 60
 """Of so many collections one looks at everything: what survives one is not looked at by the others any more."""
 FAREWELL_ROUNDS = 3
-_log = logging.getLogger(__name__)
 
 
 class Cycle:
@@ -72,6 +70,7 @@ class Cycle:
         self._loads = [0.0] * len(ports)
         self._off = [False] * len(ports)
         self._front = False
+        self._malformed = 0
         self.phase = Phase.RUNNING
 
     def run(self, phase_of: Callable[[], Phase]) -> None:
@@ -215,10 +214,19 @@ class Cycle:
             self._reporter.events(core.voice.happenings, tick.index, tick.start_ns)
         if core.voice.changed or tick.index % self._status_ticks == 0:
             self._say_buses()
+            self._say_malformed()
             self._reporter.status(core, self.ports, self._loads, tick.index, tick.start_ns, self._skipped_ticks)
             self.control[Word.HOMED_CHANGES] = core.homed_changes
         if tick.index % self._garbage_ticks == 0:
             self._measure_loads()
+
+    def _say_malformed(self) -> None:
+        """Front sent what is no command: it was passed over."""
+        count = self._commander.malformed - self._malformed
+        if count:
+            self._malformed += count
+            text = f"{count} packets from front were no commands"
+            self.core.voice.say(EventKind.COMMANDS_MALFORMED, text, None, "error", count=count)
 
     def _say_buses(self) -> None:
         """A bus that went off, or is back."""

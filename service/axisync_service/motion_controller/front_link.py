@@ -1,6 +1,5 @@
 """The controller's side of its socket to front: never waits, takes a bounded number of commands a tick."""
 
-import logging
 import socket
 
 from pydantic import ValidationError
@@ -8,7 +7,6 @@ from pydantic import ValidationError
 from axisync_schemas.internal import CONTROLLER_COMMAND, MAX_PACKET, Command
 
 COMMANDS_PER_TICK = 8
-_log = logging.getLogger(__name__)
 
 
 class FrontLink:
@@ -16,7 +14,7 @@ class FrontLink:
 
     Attributes:
         leases_needed: with front, every motion needs a valid lease.
-        lost: messages that front did not take in time.
+        lost: messages that front did not take in time. malformed: packets that were no commands.
     """
 
     leases_needed = True
@@ -26,7 +24,7 @@ class FrontLink:
         listening.setblocking(False)
         self._listening = listening
         self._peer: socket.socket | None = None
-        self.lost = 0
+        self.lost = self.malformed = 0
 
     @property
     def connected(self) -> bool:
@@ -34,11 +32,13 @@ class FrontLink:
         return self._peer is not None
 
     def poll(self) -> list[Command]:
-        """Commands that have come, at most `COMMANDS_PER_TICK`."""
+        """Commands that have come, of at most `COMMANDS_PER_TICK` packets."""
         if self._peer is None:
             self._accept()
         commands: list[Command] = []
-        while self._peer is not None and len(commands) < COMMANDS_PER_TICK:
+        for _ in range(COMMANDS_PER_TICK):
+            if self._peer is None:
+                break
             try:
                 packet = self._peer.recv(MAX_PACKET)
             except BlockingIOError:
@@ -50,8 +50,8 @@ class FrontLink:
                 break
             try:
                 commands.append(CONTROLLER_COMMAND.validate_json(packet))
-            except ValidationError as error:
-                _log.error("front_command=malformed errors=%d", error.error_count())
+            except ValidationError:
+                self.malformed += 1
         return commands
 
     def _accept(self) -> None:

@@ -71,6 +71,7 @@ class PlanFile:
     """
 
     leases_needed = False
+    malformed = 0
     connected = True
 
     def __init__(self, plans: list[PlanLog]) -> None:

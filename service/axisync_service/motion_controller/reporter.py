@@ -34,6 +34,7 @@ class Commander(Protocol):
     """Whoever commands: front over its socket, or a plan file."""
 
     leases_needed: bool
+    malformed: int
 
     @property
     def connected(self) -> bool: ...

@@ -64,6 +64,11 @@ def test_nonsense_is_passed_over(link: tuple[FrontLink, Path]) -> None:
         peer.send(b'{"op":"explode","ref":1,"group":"a"}')
         peer.send(command(2))
         assert [c.ref for c in link[0].poll()] == [2]
+        assert link[0].malformed == 2
+        for _ in range(3 * COMMANDS_PER_TICK):
+            peer.send(b"{")
+        peer.send(command(3))
+        assert [len(link[0].poll()) for _ in range(4)] == [0, 0, 0, 1]
 
 
 def test_a_front_that_does_not_read_costs_messages_not_time(link: tuple[FrontLink, Path]) -> None:
