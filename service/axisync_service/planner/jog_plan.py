@@ -18,10 +18,10 @@ from axisync_service.planner.move_plan import Checked, Planned, check_leg, plann
 
 Array = NDArray[np.float64]
 
-CUTS, ATTEMPTS = 16, 6
+CUTS, ATTEMPTS = 16, 8
 BACK = 0.004
 """rad: a way ends so far before what it was found to meet."""
-SHORTER = 0.8
+SHORTER = 0.7
 NEAR, SLACK = 3e-3, 2e-3
 """m: within this of the margin a jog may lead away only; a path's check then leaves this to rounding."""
 LOOKS = 32
@@ -74,8 +74,13 @@ def _surroundings(models: Models, job: PlanJob) -> tuple[Near | None, Contacts]:
 def _as_far(
     models: Models, job: PlanJob, way: Way, guard: Guard, contacts: Contacts, others: tuple[Plan, ...]
 ) -> Planned:
+    """The longest part of the way that may be played, of those tried.
+
+    Raises:
+        Refusal: of the shortest of them.
+    """
     way = _clear(job.group, way, guard, contacts, others)
-    for _ in range(ATTEMPTS):
+    for attempt in range(1, ATTEMPTS + 1):
         try:
             leg = replace(way.leg(), contacts=contacts)
             checked: Checked = check_leg(models, job.group, guard, leg, others)
@@ -91,14 +96,14 @@ def _as_far(
         except Refusal as refusal:
             if refusal.code not in PASSABLE:
                 raise
-            way = _cut(job.group, way, SHORTER * way.duration, refusal)
-    raise Refusal(ErrorCode.INTERNAL, f"no way found along which {job.group} can be jogged so")
+            way = _cut(job.group, way, SHORTER * way.duration if attempt < ATTEMPTS else 0.0, refusal)
+    raise AssertionError("a way of no length leads nowhere")
 
 
 def _clear(group: str, way: Way, guard: Guard, contacts: Contacts, others: tuple[Plan, ...]) -> Way:
     """As far as nothing comes near."""
     speed = float(np.abs(np.diff(way.q, axis=0)).max() / np.diff(way.times).max())
-    for _ in range(CUTS):
+    for cut in range(1, CUTS + 1):
         chord = np.full(way.q.shape[1], CHORD)
         samples = Sampled(way.times, way.q, chord, np.broadcast_to(chord, way.q.shape))
         try:
@@ -107,10 +112,10 @@ def _clear(group: str, way: Way, guard: Guard, contacts: Contacts, others: tuple
             if refusal.code is not ErrorCode.COLLISION:
                 raise
             time = min(float(refusal.details["time_s"]) - BACK / speed, 0.9 * way.duration)
-            way = _cut(group, way, time, refusal)
+            way = _cut(group, way, time if cut < CUTS else 0.0, refusal)
         else:
             return way
-    raise Refusal(ErrorCode.INTERNAL, f"no way found along which {group} can be jogged so")
+    raise AssertionError("a way of no length leads nowhere")
 
 
 def _away(models: Models, job: PlanJob, way: Way, contacts: Contacts, near: Near, refusal: Refusal) -> Way:
