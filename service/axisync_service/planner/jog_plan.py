@@ -11,7 +11,7 @@ from axisync_schemas.internal import Jog, PlanJob
 from axisync_schemas.plan_slots import Plan
 from axisync_schemas.replies import JogAhead
 from axisync_service.planner.clearance import CHORD, Guard, Sampled
-from axisync_service.planner.jog_ways import End, Way, joint_way, tool_way
+from axisync_service.planner.jog_ways import JOINTS, End, Way, joint_way, tool_way
 from axisync_service.planner.leg import Contacts
 from axisync_service.planner.models import Models
 from axisync_service.planner.move_plan import Checked, Planned, check_leg, planned
@@ -19,6 +19,8 @@ from axisync_service.planner.move_plan import Checked, Planned, check_leg, plann
 Array = NDArray[np.float64]
 
 CUTS, ATTEMPTS = 16, 8
+EXACT = 4
+"""So many cuts where something is met; beside another group's way that need not be the first such place."""
 BACK = 0.004
 """rad: a way ends so far before what it was found to meet."""
 SHORTER = 0.7
@@ -111,7 +113,9 @@ def _clear(group: str, way: Way, guard: Guard, contacts: Contacts, others: tuple
         except Refusal as refusal:
             if refusal.code is not ErrorCode.COLLISION:
                 raise
-            time = min(float(refusal.details["time_s"]) - BACK / speed, 0.9 * way.duration)
+            time = float(refusal.details["time_s"]) - BACK / speed
+            if cut > EXACT:
+                time = min(time, SHORTER * way.duration)
             way = _cut(group, way, time if cut < CUTS else 0.0, refusal)
         else:
             return way
@@ -162,8 +166,9 @@ def _end_of(refusal: Refusal) -> End:
         return End(
             refusal.code, f"{first} and {second} would come too near", {key: details[key] for key in wanted}, fixed
         )
-    words = refusal.message
-    return End(refusal.code, words, {key: value for key, value in details.items() if key != "fix"})
+    wanted = {key: value for key, value in details.items() if key not in ("fix", "nearest_reachable")}
+    fix = JOINTS if refusal.code is ErrorCode.SINGULAR_PATH else "jog the other way"
+    return End(refusal.code, refusal.message, wanted, fix)
 
 
 def _check_room(group: str, way: Way) -> None:
