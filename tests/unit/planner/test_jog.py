@@ -1,6 +1,6 @@
 """Ways of jogs: as far as they may go, at rest at their end, within every limit; and away from whatever stops them."""
 
-import math
+import re
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,8 @@ from support.planner_jobs import (
 
 SOFT = np.array([axis.soft_limits for axis in CELL.axes[:6]])
 SINGULAR = degrees(0, 0, 0, 0, 0, 0)
+ACROSS, OVER = degrees(75, -10, 20, -55, 145, -35), degrees(-115, 40, -35, 65, 45, -20)
+"""KingKong reaching over the body to the other side, and WuKong doing the same."""
 
 
 def jog(
@@ -199,44 +201,31 @@ def test_nearer_than_the_margin_only_away() -> None:
     assert end_of(jog("joint", [0, 0, -0.2, 0, 0, 0], MODELS, start))[2] < start[2] - 0.1
 
 
-def test_from_a_contact_of_the_cell_file() -> None:
-    """The tool in the equipment box, as a tool change leaves it: any way is free of that pair."""
-    inside = degrees(-90, -150, 60, -45, -45, 45)
-    for second in range(-200, 171, 2):
-        inside = degrees(-90, second, 60, -45, -45, 45)
-        all_pairs = MODELS.collision.clearance((*inside, *WUKONG))
-        others = MODELS.collision.clearance((*inside, *WUKONG), CELL.geometry.contacts)
-        assert all_pairs is not None
-        assert others is not None
-        if all_pairs.distance < 0.0 < 0.02 < others.distance:
-            break
-    else:
-        pytest.skip("no such pose on this line")
-    assert jog("joint", [0, 0, 0, 0, 0, 0.2], MODELS, inside).plan is not None
+def test_the_other_arm_ends_a_jog_where_it_stands_and_where_it_moves() -> None:
+    """WuKong towards OVER, which KingKong's ACROSS is in the way of."""
+    velocity = (np.array(OVER) - np.array(WUKONG)) / 10.0
+    free = jog("joint", velocity, MODELS, WUKONG, group="wukong", rest=REST)
+    stands = jog("joint", velocity, MODELS, WUKONG, group="wukong", rest=(*ACROSS, *WUKONG))
+    leaves = plan_of(jog("joint", (np.array(P1) - np.array(ACROSS)) / 10.0, MODELS, ACROSS))
+    moves = jog("joint", velocity, MODELS, WUKONG, (leaves,), group="wukong", rest=REST)
+    for beside in (stands, moves):
+        assert beside.jog is not None
+        assert re.search(r"(kingkong.*wukong|wukong.*kingkong).* would come too near", str(beside.jog.ends_at))
+        assert beside.reply.min_distance_m is not None
+        assert beside.reply.min_distance_m >= CELL.geometry.margin
+        assert np.abs(end_of(beside) - WUKONG).max() < np.abs(end_of(free) - WUKONG).max() - 0.02
+        there = tuple(end_of(beside).tolist())
+        back = jog("joint", -velocity, MODELS, there, group="wukong", rest=(*ACROSS, *there))
+        assert np.abs(end_of(back) - there).max() > 0.1
 
 
-def test_the_other_arm_stops_a_jog_where_it_stands_and_where_it_moves() -> None:
-    towards = [0.0, -0.1, 0.0]
-    free = jog("body", towards, MODELS)
-    parked = list(REST[6:])
-    parked[1], parked[2] = math.radians(-150), math.radians(60)
-    pinned = jog("joint", [0.2, 0, 0, 0, 0, 0], MODELS)
-    assert free.plan is not None
-    # WuKong on the path that KingKong takes: whole way against whole way.
-    wukong = jog("joint", [0, 0.2, 0, 0, 0, 0], MODELS, WUKONG, group="wukong", rest=REST)
-    beside = jog("joint", [0.2, 0, 0, 0, 0, 0], MODELS, others=(plan_of(wukong),))
-    assert np.abs(end_of(beside) - P1).max() <= np.abs(end_of(pinned) - P1).max()
-    assert beside.reply.min_distance_m is not None
-    assert beside.reply.min_distance_m >= CELL.geometry.margin
-
-
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_chains_of_random_jogs_keep_every_limit(seed: int) -> None:
     """Each from somewhere on the way of the one before it."""
     rng = np.random.default_rng(seed)
     q = np.array(P1)
     planned_count = 0
-    for _ in range(12):
+    for _ in range(9):
         space = str(rng.choice(["joint", "tool", "base", "body"]))
         velocity = rng.normal(0.0, 0.4, 6) if space == "joint" else rng.normal(0.0, 1.0, 6) * ([0.1] * 3 + [0.3] * 3)
         try:
