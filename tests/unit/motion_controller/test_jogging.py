@@ -173,7 +173,7 @@ def test_an_override_counts_for_jogs(jogger: Jogger) -> None:
     jogger.begin()
     jogger.bench.commands = [OverrideCommand(ref=5, group="kingkong", value=0.5)]
     jogger.bench.run()
-    jogger.hold_key(600, share=0.5)
+    jogger.hold_key(1500, share=0.5)
     np.testing.assert_allclose(jogger.bench.core.current.velocity[:6], 0.25 * np.array(JOINT), rtol=1e-9)
 
 
