@@ -64,11 +64,14 @@ def against_a_limit(client: Client, lease: Lease) -> None:
 
 
 def stopped_by_somebody(client: Client, lease: Lease) -> None:
-    motion = lease.jog("kingkong", velocity=deg(0, 0, -10, 0, 0, 0), ttl_s=TTL_S)
-    with pytest.raises(Refused, match="let go of the jog"), motion:
-        until_it_moves(client, 2, -0.05)
-        client.stop("kingkong")
-        motion.sleep(PATIENCE_S)
+    def held() -> None:
+        with lease.jog("kingkong", velocity=deg(0, 0, -10, 0, 0, 0), ttl_s=TTL_S) as motion:
+            until_it_moves(client, 2, -0.05)
+            client.stop("kingkong")
+            motion.sleep(PATIENCE_S)
+
+    with pytest.raises(Refused, match="let go of the jog"):
+        held()
     wait_for(lambda: state(client) == "standstill", "at rest", PATIENCE_S)
     time.sleep(1.0)  # let go
 

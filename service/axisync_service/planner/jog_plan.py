@@ -160,11 +160,11 @@ def _end_of(refusal: Refusal) -> End:
     details = refusal.details
     if refusal.code is ErrorCode.COLLISION:
         first, second = details["pair"]
-        wanted = ("pair", "distance_m", "margin_m", "alone")
+        told = ("pair", "distance_m", "margin_m", "alone")
         fix = details.get("fix")
         fixed = "jog the other way" if fix is None else "jog the other way, or wait until the other group stands"
         return End(
-            refusal.code, f"{first} and {second} would come too near", {key: details[key] for key in wanted}, fixed
+            refusal.code, f"{first} and {second} would come too near", {key: details[key] for key in told}, fixed
         )
     wanted = {key: value for key, value in details.items() if key not in ("fix", "nearest_reachable")}
     fix = JOINTS if refusal.code is ErrorCode.SINGULAR_PATH else "jog the other way"

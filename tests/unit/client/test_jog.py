@@ -30,7 +30,7 @@ def test_it_is_asked_for_again_and_again_and_let_go(client: Client, peer: Peer) 
             wait_until(lambda: len(asked(peer)) > 5)
             motion.velocity = BACK
             wait_until(lambda: list(BACK) in asked(peer))
-            motion.check()
+        motion.check()
         count = len(asked(peer))
         assert asked(peer)[-1] == [0.0] * 6
         time.sleep(0.3)
@@ -69,32 +69,37 @@ def test_no_way_on_is_no_end(client: Client, peer: Peer) -> None:
         wait_until(lambda: motion.blocked is None)
 
 
+def jogged(client: Client, peer: Peer, refusal: Refusal | None) -> None:
+    with client.lease("kingkong") as lease, lease.jog(velocity=SLOW) as motion:
+        if refusal is not None:
+            peer.refusals["jog"] = refusal
+        else:
+            peer.leases.clear()
+        motion.sleep(10.0)
+        raise AssertionError("the sleep ends early")
+
+
 def test_a_stop_by_somebody_else_is_told(client: Client, peer: Peer) -> None:
-    with client.lease("kingkong") as lease, pytest.raises(Refused, match="stopped while"):  # noqa: PT012
-        with lease.jog(velocity=SLOW) as motion:
-            peer.refusals["jog"] = Refusal(ErrorCode.WRONG_STATE, "kingkong was stopped while it was jogged")
-            motion.sleep(10.0)
-            raise AssertionError("the sleep ends early")
+    with pytest.raises(Refused, match="stopped while"):
+        jogged(client, peer, Refusal(ErrorCode.WRONG_STATE, "kingkong was stopped while it was jogged"))
 
 
 def test_a_lost_lease_is_told(client: Client, peer: Peer) -> None:
-    with pytest.raises(LeaseLost), client.lease("kingkong") as lease, lease.jog(velocity=SLOW) as motion:
-        peer.leases.clear()
-        motion.sleep(10.0)
-        raise AssertionError("the sleep ends early")
+    with pytest.raises(LeaseLost):
+        jogged(client, peer, None)
 
 
 @pytest.mark.parametrize(
     ("velocity", "ttl_s"), [((), 0.2), ((float("nan"),) * 6, 0.2), (("x",), 0.2), (SLOW, 0.0), (SLOW, 30.0)]
 )
 def test_what_no_daemon_would_take(client: Client, peer: Peer, velocity: tuple[float, ...], ttl_s: float) -> None:
-    with client.lease("kingkong") as lease:
-        with pytest.raises(InvalidArgument):
-            lease.jog(velocity=velocity, ttl_s=ttl_s)
-        assert asked(peer) == []
+    lease = client.lease("kingkong")
+    with pytest.raises(InvalidArgument):
+        lease.jog(velocity=velocity, ttl_s=ttl_s)
+    assert asked(peer) == []
 
 
 def test_another_number_of_values(client: Client, peer: Peer) -> None:
-    with client.lease("kingkong") as lease, lease.jog(velocity=deg(1, 0, 0, 0, 0, 0)) as motion:
-        with pytest.raises(InvalidArgument, match="6 are expected"):
-            motion.velocity = (0.1,)
+    lease = client.lease("kingkong")
+    with lease.jog(velocity=deg(1, 0, 0, 0, 0, 0)) as motion, pytest.raises(InvalidArgument, match="6 are expected"):
+        motion.velocity = (0.1,)
