@@ -73,11 +73,12 @@ def _asked(given: dict[Space, Numbers | None], turn: Numbers | None) -> tuple[Sp
     if len(said) != 1:
         raise InvalidArgument("how to jog?", "give one of --joint, --tool, --base and --body")
     ((space, velocity),) = said.items()
-    if turn is None:
-        return space, velocity
-    if space == "joint":
+    velocity += () if turn is None else turn.values
+    if not any(velocity):
+        raise InvalidArgument("every velocity is zero")
+    if turn is not None and space == "joint":
         raise InvalidArgument("--turn goes with --tool, --base or --body")
-    return space, velocity + turn.values
+    return space, velocity
 
 
 def _jog(

@@ -68,7 +68,7 @@ class DriveCommand(Strict):
     value: int | None = None
 
 
-JOG_RELEASED, JOG_LAPSED = "let go", "not asked for in time"
+JOG_RELEASED, JOG_LAPSED = "jog let go", "jog not asked for in time"
 """Why a jog ends that its client ends, or replaces, and one whose client is silent: it may go on when asked."""
 
 

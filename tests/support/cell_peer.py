@@ -30,6 +30,8 @@ from axisync_schemas.replies import (
     GroupReply,
     GroupReport,
     Info,
+    JogAhead,
+    JogReply,
     LeaseReply,
     MoveReply,
     MoveReport,
@@ -188,6 +190,7 @@ class Peer:
             "stop": lambda b, u: self._stop(b),
             "move": lambda b, u: self._move(b, commit=True),
             "plan": lambda b, u: self._move(b, commit=False),
+            "jog": lambda b, u: self._jog(b),
         }
         return handlers[verb](body, parts[3])
 
@@ -248,6 +251,16 @@ class Peer:
         self._verify(body.get("lease"), names)
         self.states.update(dict.fromkeys(names, state))
         return GroupReply(**self._stamp(body), groups={name: self.states[name] for name in names})
+
+    def _jog(self, body: Body) -> JogReply:
+        """At once, and as long as the last request says; nothing else happens."""
+        names = self._names(body["group"])
+        self._verify(body.get("lease"), names)
+        moving = any(body["velocity"])
+        ahead = JogAhead(velocity=tuple(body["velocity"])) if moving else None
+        return JogReply(
+            **self._stamp(body), group=body["group"], state="moving" if moving else "standing", ahead=ahead
+        )  # fmt: skip
 
     def _stop(self, body: Body) -> GroupReply:
         names = self._names(body["group"])

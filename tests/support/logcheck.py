@@ -194,7 +194,9 @@ def _slowing(log: Log) -> Mask:
     falling: Mask = np.zeros(rate.shape, dtype=bool)
     falling[1:] = (rate[1:] < rate[:-1]) & (plan[:-1] != 0) & (plan[1:] == plan[:-1])
     stopping: Mask = log.ticks["group_state"] == GroupState.STOPPING
-    return falling | stopping
+    come: Mask = np.zeros_like(stopping)
+    come[1:] = stopping[:-1]
+    return falling | stopping | come
 
 
 def _size(position: Array) -> float:

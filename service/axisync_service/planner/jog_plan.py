@@ -11,17 +11,19 @@ from axisync_schemas.internal import Jog, PlanJob
 from axisync_schemas.plan_slots import Plan
 from axisync_schemas.replies import JogAhead
 from axisync_service.planner.clearance import CHORD, Guard, Sampled
-from axisync_service.planner.jog_ways import End, Way, joint_way, tool_way
+from axisync_service.planner.jog_ways import JOINTS, End, Way, joint_way, tool_way
 from axisync_service.planner.leg import Contacts
 from axisync_service.planner.models import Models
 from axisync_service.planner.move_plan import Checked, Planned, check_leg, planned
 
 Array = NDArray[np.float64]
 
-CUTS, ATTEMPTS = 16, 6
+CUTS, ATTEMPTS = 16, 8
+EXACT = 4
+"""So many cuts where something is met; beside another group's way that need not be the first such place."""
 BACK = 0.004
 """rad: a way ends so far before what it was found to meet."""
-SHORTER = 0.8
+SHORTER = 0.7
 NEAR, SLACK = 3e-3, 2e-3
 """m: within this of the margin a jog may lead away only; a path's check then leaves this to rounding."""
 LOOKS = 32
@@ -74,8 +76,13 @@ def _surroundings(models: Models, job: PlanJob) -> tuple[Near | None, Contacts]:
 def _as_far(
     models: Models, job: PlanJob, way: Way, guard: Guard, contacts: Contacts, others: tuple[Plan, ...]
 ) -> Planned:
+    """The longest part of the way that may be played, of those tried.
+
+    Raises:
+        Refusal: of the shortest of them.
+    """
     way = _clear(job.group, way, guard, contacts, others)
-    for _ in range(ATTEMPTS):
+    for attempt in range(1, ATTEMPTS + 1):
         try:
             leg = replace(way.leg(), contacts=contacts)
             checked: Checked = check_leg(models, job.group, guard, leg, others)
@@ -91,14 +98,14 @@ def _as_far(
         except Refusal as refusal:
             if refusal.code not in PASSABLE:
                 raise
-            way = _cut(job.group, way, SHORTER * way.duration, refusal)
-    raise Refusal(ErrorCode.INTERNAL, f"no way found along which {job.group} can be jogged so")
+            way = _cut(job.group, way, SHORTER * way.duration if attempt < ATTEMPTS else 0.0, refusal)
+    raise AssertionError("a way of no length leads nowhere")
 
 
 def _clear(group: str, way: Way, guard: Guard, contacts: Contacts, others: tuple[Plan, ...]) -> Way:
     """As far as nothing comes near."""
     speed = float(np.abs(np.diff(way.q, axis=0)).max() / np.diff(way.times).max())
-    for _ in range(CUTS):
+    for cut in range(1, CUTS + 1):
         chord = np.full(way.q.shape[1], CHORD)
         samples = Sampled(way.times, way.q, chord, np.broadcast_to(chord, way.q.shape))
         try:
@@ -106,11 +113,13 @@ def _clear(group: str, way: Way, guard: Guard, contacts: Contacts, others: tuple
         except Refusal as refusal:
             if refusal.code is not ErrorCode.COLLISION:
                 raise
-            time = min(float(refusal.details["time_s"]) - BACK / speed, 0.9 * way.duration)
-            way = _cut(group, way, time, refusal)
+            time = float(refusal.details["time_s"]) - BACK / speed
+            if cut > EXACT:
+                time = min(time, SHORTER * way.duration)
+            way = _cut(group, way, time if cut < CUTS else 0.0, refusal)
         else:
             return way
-    raise Refusal(ErrorCode.INTERNAL, f"no way found along which {group} can be jogged so")
+    raise AssertionError("a way of no length leads nowhere")
 
 
 def _away(models: Models, job: PlanJob, way: Way, contacts: Contacts, near: Near, refusal: Refusal) -> Way:
@@ -151,14 +160,15 @@ def _end_of(refusal: Refusal) -> End:
     details = refusal.details
     if refusal.code is ErrorCode.COLLISION:
         first, second = details["pair"]
-        wanted = ("pair", "distance_m", "margin_m", "alone")
+        told = ("pair", "distance_m", "margin_m", "alone")
         fix = details.get("fix")
         fixed = "jog the other way" if fix is None else "jog the other way, or wait until the other group stands"
         return End(
-            refusal.code, f"{first} and {second} would come too near", {key: details[key] for key in wanted}, fixed
+            refusal.code, f"{first} and {second} would come too near", {key: details[key] for key in told}, fixed
         )
-    words = refusal.message
-    return End(refusal.code, words, {key: value for key, value in details.items() if key != "fix"})
+    wanted = {key: value for key, value in details.items() if key not in ("fix", "nearest_reachable")}
+    fix = JOINTS if refusal.code is ErrorCode.SINGULAR_PATH else "jog the other way"
+    return End(refusal.code, refusal.message, wanted, fix)
 
 
 def _check_room(group: str, way: Way) -> None:

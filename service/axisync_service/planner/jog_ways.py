@@ -34,6 +34,8 @@ LENGTH_MAX, TURN_MAX = 1.0, 2.5
 STEP_JOINT, STEP_LENGTH, STEP_TURN = 0.05, 0.003, 0.01
 """Between samples, rad and m."""
 FEWEST, MOST = 9, 400
+BETWEEN = 1.005
+"""By so much the tool may be faster between samples."""
 LEAST = 1e-3
 """rad: where no joint could go farther, the jog is refused instead."""
 CENTRIPETAL = 0.5
@@ -41,6 +43,7 @@ CENTRIPETAL = 0.5
 SLOWED_MAX = 2.0
 """Into a singularity one plan goes on until it would be so many times slower than where it begins."""
 JERK_SHARE = 0.5
+JOINTS = "jog its joints"
 TINY = 1e-12
 
 
@@ -146,11 +149,10 @@ def _joint_pace(models: Models, group: str, velocity: Array, q: Array, times: Ar
         cap = member.group.jog.tool_speed_max
         if member.arm is None or times[-1] == 0.0:
             continue
-        points = member.arm.placements(q[:, member.columns])[:, :3, 3]
-        fastest = float(np.linalg.norm(np.diff(points, axis=0), axis=1).max() / times[1])
-        # A chord is shorter than its arc: at STEP_JOINT by 1e-4 of it.
-        if fastest * 1.0002 * share > cap:
-            share, limited_by = cap / (fastest * 1.0002), f"tool_speed_max of {member.group.name}"
+        along = velocity[member.columns]
+        fastest = max(float(np.linalg.norm(member.arm.jacobian(row)[1][:3] @ along)) for row in q[:, member.columns])
+        if fastest * BETWEEN * share > cap:
+            share, limited_by = cap / (fastest * BETWEEN), f"tool_speed_max of {member.group.name}"
     return Pace(
         min(1.0, share), float((a / speeds).min()), float((j / speeds).min()), limited_by if share < 1.0 else None
     )
@@ -225,7 +227,7 @@ def _followed(member: Member, frame: Array, tool: Array, twist: Array, times: Ar
         return follow_far(member.inverse(start), poses, start)
     except PathRefused as refused:
         message = f"{member.group.name} stands where its tool cannot be led: {refused}"
-        raise Refusal(ErrorCode.SINGULAR_PATH, message, group=member.group.name, fix=_JOINTS) from None
+        raise Refusal(ErrorCode.SINGULAR_PATH, message, group=member.group.name, fix=JOINTS) from None
 
 
 def _end_of(member: Member, ended: Ended) -> End:
@@ -234,7 +236,7 @@ def _end_of(member: Member, ended: Ended) -> End:
         axis = member.group.axes[ended.joint].name
         return End(ErrorCode.SOFT_LIMIT, f"{axis} would pass its soft limit", {"axis": axis})
     if ended.singular:
-        return End(ErrorCode.SINGULAR_PATH, f"{name} is at a singularity", {"group": name}, _JOINTS)
+        return End(ErrorCode.SINGULAR_PATH, f"{name} is at a singularity", {"group": name}, JOINTS)
     return End(ErrorCode.UNREACHABLE, f"the tool of {name} is at the end of its reach", {"group": name})
 
 
@@ -259,9 +261,9 @@ def _slowed(member: Member, way: Way) -> tuple[Way, float, str | None]:
         at = 3 + int(out[3:].argmax())
         name = member.group.name
         if factors[at] > 1.0:
-            end = End(ErrorCode.SINGULAR_PATH, f"{name} comes near a singularity", {"group": name}, _JOINTS)
+            end = End(ErrorCode.SINGULAR_PATH, f"{name} comes near a singularity", {"group": name}, JOINTS)
         else:
-            end = End(ErrorCode.SINGULAR_PATH, f"{name} leaves a singularity", {"group": name}, _JOINTS)
+            end = End(ErrorCode.SINGULAR_PATH, f"{name} leaves a singularity", {"group": name}, JOINTS)
         way = way.until(float(way.times[at - 1]), end)
         factors, demands = factors[:at], demands[:at]
     most = float(factors.max())
@@ -318,6 +320,3 @@ def _tool_leg(
 
 def _no_leg(time: float) -> Leg:
     raise NotImplementedError
-
-
-_JOINTS = "jog its joints"
