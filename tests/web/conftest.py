@@ -18,7 +18,7 @@ from support.browser import ARGUMENTS, CHROMIUM, PATIENCE_MS, Dashboard, Screen
 PERIOD_MS = 5.0
 """Slower than the robot's: the browser needs the processor as well."""
 
-TIMEOUT_S = 300
+TIMEOUT_S = 600
 """The first test also waits for the service and the browser to start, on a machine that may be busy."""
 
 
