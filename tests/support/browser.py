@@ -18,7 +18,7 @@ ARGUMENTS = (
     "--no-sandbox", "--disable-gpu", "--use-gl=swiftshader", "--enable-unsafe-swiftshader",
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run",
 )  # fmt: skip
-PATIENCE_MS = 60_000
+PATIENCE_MS = 30_000
 """For what takes well below a second on a quiet machine."""
 
 
@@ -117,8 +117,11 @@ class Screen:
         self.enable(group)
 
     def enable(self, group: str) -> None:
-        """Until the group stands, enabled."""
-        expect(self.state(group)).to_have_text(re.compile("disabled|standstill"))
+        """Until the group stands, enabled; a machine that was too busy may have made the drives give up."""
+        expect(self.state(group)).to_have_text(re.compile("disabled|standstill|fault"))
+        if self.state(group).text_content() == "fault":
+            self.press("Reset")
+            expect(self.state(group)).to_have_text("disabled")
         if self.state(group).text_content() == "disabled":
             self.press("Enable")
         expect(self.state(group)).to_have_text("standstill")

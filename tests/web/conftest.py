@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, expect, sync_playwright
 
 from support.browser import ARGUMENTS, CHROMIUM, PATIENCE_MS, Dashboard, Screen
 
-PERIOD_MS = 5.0
+PERIOD_MS = 10.0
 """Slower than the robot's: the browser needs the processor as well."""
 
 TIMEOUT_S = 600

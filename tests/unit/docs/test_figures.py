@@ -9,10 +9,10 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from support.drawn import lines_in
 
 from axisync_cli import plan_plot
 from axisync_cli.plan_curves import Curves
+from support.drawn import lines_in
 
 FIGURES = Path(__file__).parents[3] / "docs" / "figures"
 NAMES = [*(f"figure-{number:02}" for number in (*range(6, 15), 16)), "pulses"]
