@@ -1,7 +1,7 @@
 """`make test`: first what needs no clock, on all cores, then what runs real processes, one at a time.
 
-The second kind runs a 2 ms cycle in real time beside whatever else the machine does, and a pause of 100 ms rightly stops
-drives. So what failed runs once more, by itself, and that run decides (decision 23).
+The second kind runs a 2 ms cycle in real time beside whatever else the machine does, and a pause of 100 ms rightly
+stops drives. So what failed runs once more, by itself, and that run decides (decision 23).
 """
 
 import subprocess

@@ -94,7 +94,7 @@ class DaemonLink:
             try:
                 work()
             except AxisyncError as error:
-                _log.warning("background=failed reason=%s", error)
+                _log.info("background=failed reason=%s", error)  # it lapses by itself
 
         self._calls.submit(run)
 

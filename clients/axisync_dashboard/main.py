@@ -5,6 +5,7 @@ import importlib.util
 import os
 import signal
 import socket
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -57,6 +58,9 @@ def _serve(
         raise _failure(str(error)) from None
     server = Server(DaemonLink(Address(endpoint, cell, user), Telemetry()), programs)
     print(f"dashboard: http://{f'[{host}]' if ':' in host else host}:{port}", flush=True)
+    # The web server raises the signal that ended it once more when it has closed everything.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: sys.exit(0))
     server.run(host, port)
 
 

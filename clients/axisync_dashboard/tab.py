@@ -133,7 +133,11 @@ class Tab:
         """A note that goes away by itself."""
         if self._browser.id in Browser.instances:
             with self._browser:
-                ui.notify(text, type=kind, position="bottom-left", close_button="Close", timeout=8000, multi_line=True)
+                lasting = kind in ("negative", "warning")
+                ui.notify(
+                    text, type=kind, position="bottom-left", timeout=10_000 if lasting else 3_000,
+                    close_button="Close" if lasting else False, multi_line=True,
+                )  # fmt: skip
 
     # The lease.
 
@@ -150,7 +154,6 @@ class Tab:
             return
         self.lease, self._alive_s = lease, time.monotonic()
         self.refresh()
-        self.say(f"You control {self.group}.", "positive")
 
     async def give_back(self) -> None:
         """Releases the lease; what moves comes to held."""

@@ -34,7 +34,7 @@ def millidegrees(value: float | None) -> str:
 
 def optional(value: float | None, form: str, scale: float = 1.0) -> str:
     """A number in a form, or a dash where nothing is known."""
-    return MISSING if value is None else form.format(value * scale)
+    return MISSING if value is None else form.format(round(value * scale, 6) + 0.0).replace("-0 ", "0 ")
 
 
 def label(name: str) -> str:

@@ -34,8 +34,8 @@ from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
 
 BENCHES = (
-    "planner", "arms", "drives", "ratio", "scale", "recorder", "review", "lateness", "stages", "clients", "requests", "stops",
-    "processes", "flood", "subscribers", "soak",
+    "planner", "arms", "drives", "ratio", "scale", "recorder", "review", "lateness", "stages", "clients", "requests",
+    "stops", "processes", "flood", "subscribers", "soak",
 )  # fmt: skip
 SERVICE_FREE = frozenset({"planner", "arms", "drives", "ratio", "scale", "recorder", "review"})
 """Benches of libraries alone, or in lock-step."""

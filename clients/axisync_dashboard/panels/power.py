@@ -26,10 +26,10 @@ def build(tab: Tab) -> None:
 
 
 def _buttons(tab: Tab, hint: ui.label) -> None:
-    enable = HoldButton("Enable", lambda: tab.leased(partial(Lease.enable, group=tab.group), "Enabled."), icon="power")
-    reset = HoldButton("Reset", lambda: tab.leased(partial(Lease.reset, group=tab.group), "Reset."), icon="restart_alt")
+    enable = HoldButton("Enable", lambda: tab.leased(partial(Lease.enable, group=tab.group)), icon="power")
+    reset = HoldButton("Reset", lambda: tab.leased(partial(Lease.reset, group=tab.group)), icon="restart_alt")
     home = HoldButton("Home", lambda: tab.leased(partial(Lease.home, group=tab.group), "Homed."), icon="home")
-    disable = HoldButton("Disable", lambda: tab.leased(partial(Lease.disable, group=tab.group), "Disabled."))
+    disable = HoldButton("Disable", lambda: tab.leased(partial(Lease.disable, group=tab.group)))
     hold = plain_button("Hold", lambda: tab.leased(partial(Lease.hold, group=tab.group)), icon="pause")
     resume = HoldButton("Resume", lambda: tab.leased(partial(Lease.resume, group=tab.group)), icon="play_arrow")
     disable.props("icon=power_off")

@@ -1,7 +1,10 @@
 // The arms in 3D. The chain of frames does the kinematics: every axis turns its group about z, as the DH rows say.
 import { OrbitControls, THREE } from "nicegui-scene";
 
+const [WIDTH_DEG, HEIGHT_DEG] = [66, 38]; // seen at least, however narrow the view is
 const FRAME_MS = 50;
+const SHARE = 0.3; // of the time that drawing may take, where there is no graphics processor
+const STILL_RAD = 1e-4; // less than a pixel: encoders are never quite still
 const TRACE_POINTS = 400;
 const TRACE_STEP_M = 0.002;
 const COLOURS = [0x2a78d6, 0xe07b1a, 0x2f9e5b, 0x8a56c2];
@@ -52,7 +55,7 @@ export default {
 
   mounted() {
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(38, 1.6, 0.02, 30);
+    this.camera = new THREE.PerspectiveCamera(HEIGHT_DEG, 1.6, 0.02, 30);
     this.camera.up.set(0, 0, 1);
     try {
       this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true, canvas: this.$el.children[0] });
@@ -70,14 +73,14 @@ export default {
     this.off = window.axisync.on((frame) => this.take(frame));
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(this.$el);
-    this.timer = setInterval(() => this.draw(), FRAME_MS);
+    this.draw();
     this.$el.view = this;
   },
 
   beforeUnmount() {
     this.off?.();
     this.observer?.disconnect();
-    clearInterval(this.timer);
+    clearTimeout(this.timer);
     this.renderer?.dispose();
   },
 
@@ -128,7 +131,8 @@ export default {
       for (const arm of this.drawn) {
         arm.axes.forEach((axis, i) => {
           const angle = frame.q[axis];
-          if (angle === undefined || angle === null || arm.live.turning[i].rotation.z === angle) return;
+          if (angle === undefined || angle === null) return;
+          if (Math.abs(arm.live.turning[i].rotation.z - angle) < STILL_RAD) return;
           arm.live.turning[i].rotation.z = angle;
           this.dirty = true;
         });
@@ -177,14 +181,20 @@ export default {
       if (!clientWidth || !clientHeight) return;
       this.renderer.setSize(clientWidth, clientHeight);
       this.camera.aspect = clientWidth / clientHeight;
+      const half = Math.atan(Math.tan((WIDTH_DEG * Math.PI) / 360) / this.camera.aspect);
+      this.camera.fov = Math.max(HEIGHT_DEG, (360 / Math.PI) * half);
       this.camera.updateProjectionMatrix();
       this.dirty = true;
     },
 
     draw() {
-      if (!this.dirty || document.hidden) return;
-      this.dirty = false;
-      this.renderer.render(this.scene, this.camera);
+      const begin = performance.now();
+      if (this.dirty && !document.hidden) {
+        this.dirty = false;
+        this.renderer.render(this.scene, this.camera);
+      }
+      const spent = performance.now() - begin;
+      this.timer = setTimeout(() => this.draw(), Math.max(FRAME_MS, spent / SHARE));
     },
   },
 };

@@ -1,6 +1,7 @@
 // Curves of one group's axes over the last seconds, drawn on plain canvases: cheap at 20 frames a second.
 const SECONDS = 20;
 const DRAW_MS = 100;
+const SHARE = 0.2; // of the time that drawing may take
 const COLOURS = ["#2a78d6", "#e07b1a", "#2f9e5b", "#c2417f", "#8a56c2", "#3aa6b9"];
 
 export default {
@@ -18,12 +19,12 @@ export default {
     this.samples = [];
     this.canvases = [...this.$el.querySelectorAll("canvas")];
     this.off = window.axisync.on((frame) => this.take(frame));
-    this.timer = setInterval(() => this.draw(), DRAW_MS);
+    this.draw();
   },
 
   beforeUnmount() {
     this.off?.();
-    clearInterval(this.timer);
+    clearTimeout(this.timer);
   },
 
   methods: {
@@ -41,10 +42,13 @@ export default {
     },
 
     draw() {
-      if (!this.dirty || document.hidden) return;
-      this.dirty = false;
-      const ink = getComputedStyle(this.$el);
-      this.plots.forEach((plot, i) => this.curve(this.canvases[i], plot, ink.color));
+      const begin = performance.now();
+      if (this.dirty && !document.hidden) {
+        this.dirty = false;
+        const ink = getComputedStyle(this.$el);
+        this.plots.forEach((plot, i) => this.curve(this.canvases[i], plot, ink.color));
+      }
+      this.timer = setTimeout(() => this.draw(), Math.max(DRAW_MS, (performance.now() - begin) / SHARE));
     },
 
     curve(canvas, plot, ink) {
