@@ -121,14 +121,13 @@ class Jog:
     def _finish(self, quietly: bool) -> None:
         self._over.set()
         self._wake.set()
+        self._thread.join(END_TIMEOUT_S)  # A request under way must not come after the last one.
         try:
             zero = (0.0,) * len(self._velocity)
             self._ask(calls.jog(self.group, self.space, zero, self._ttl_s, self._token, END_TIMEOUT_S))
         except AxisyncError:
             if not quietly:
                 raise
-        finally:
-            self._thread.join(END_TIMEOUT_S)
 
     def _call(self, velocity: tuple[float, ...], timeout_s: float | None = None) -> Call[JogReply]:
         return calls.jog(self.group, self.space, velocity, self._ttl_s, self._token, timeout_s)
