@@ -39,6 +39,7 @@ class Watch:
         self._frozen_at: list[float | None] = [None] * len(drives)
         """Demand when an actual position began to repeat itself, rad."""
         self._failures: dict[str, str] = {}
+        self._skipped_before = 0
 
     def observe(self, now_ns: int) -> None:
         """Actual positions, lost drives, emergencies, and the progress of bring-ups."""
@@ -94,13 +95,15 @@ class Watch:
         """Fails the axes of enabled groups whose drives cannot be trusted any longer."""
         error = self.demand_before - self.actual_position
         too_far = np.abs(error) > self._window
+        lately = skipped or self._skipped_before  # the sample of the SYNC after skipped ones comes a tick later
+        self._skipped_before = skipped
         for group in self._groups:
             if not group.following or group.enabling or group.state is GroupState.FAULT:
                 self._frozen_at[group.axes] = [None] * len(group.drives)
                 continue
             for axis, drive in enumerate(group.drives):
                 index = group.first + axis
-                if skipped:
+                if lately:
                     drive.jump = 0
                 why = drive.distrust()
                 if why is None and drive.same:
