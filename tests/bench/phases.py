@@ -13,6 +13,7 @@ from axisync_schemas.errors import ErrorCode
 
 SWING_DEG, STOPPED_DEG, SHORT_DEG = 15.0, 6.0, 0.5
 FAILURES_MAX = 20
+BUSY_S = 0.005
 LEASE_S = 120.0
 """How long the demo's own program may hold the lease."""
 
@@ -63,9 +64,12 @@ class Arms:
                 move = self._lease.move_joint(target, group=self._group, relative=True)
                 break
             except Refused as refusal:
-                if refusal.code not in (ErrorCode.FAULTED, ErrorCode.NOT_ENABLED):
+                if refusal.code is ErrorCode.BUSY:  # somebody else's plan is being made
+                    time.sleep(BUSY_S)
+                elif refusal.code in (ErrorCode.FAULTED, ErrorCode.NOT_ENABLED):
+                    self._recover(refusal.message)
+                else:
                     raise
-                self._recover(refusal.message)
         self._sign = -self._sign
         return move
 
