@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from axisync_review.changes import Played, drive_state, group_state
+from axisync_review.changes import Change, Played, drive_state, group_state
 from axisync_review.findings import Findings
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.events import EventKind
@@ -69,7 +69,7 @@ def _stops(found: Findings) -> Iterator[Incident]:
                 *_who_stopped(found, time, str(reason)),
                 *_said(found, time - BEFORE_NS, end_ns, event.group, {id(event)}),
                 Evidence(time, event.source, event.message, event.tick),
-                *_played(found, spans),
+                *_played(found, spans, event.tick),
                 *_drives(found, time - BEFORE_NS, end_ns, event.group),
                 *_endings(found, plan_id),
             ]
@@ -91,13 +91,13 @@ def _asked(found: Findings, plan_id: object) -> Iterator[Evidence]:
 
 
 def _who_stopped(found: Findings, time_ns: int, reason: str) -> Iterator[Evidence]:
-    """The last `stop` or `disable` before it; the last renewal of a lease that lapsed."""
+    """The last `stop`, `hold` or `disable` before it; the last renewal of a lease that lapsed."""
     before = [(at, one) for at, one in found.story.commands() if at <= time_ns + SAME_NS]
-    if reason in ("stop", "disable"):
+    if reason in ("stop", "hold", "disable"):
         asked = [
             (at, one) for at, one in before if one.verb == reason and one.error is None and at > time_ns - BEFORE_NS
         ]
-        yield from (Evidence(at, "request", f"{one.user} sent {reason}") for at, one in asked[-1:])
+        yield from (Evidence(_received(at, one), "request", f"{one.user} sent {reason}") for at, one in asked[-1:])
     if LEASE_WORDS in reason:
         kept = [(at, one) for at, one in before if one.verb == "lease" and one.error is None]
         for at, one in kept[-1:]:
@@ -125,30 +125,34 @@ def _members(found: Findings, group: str) -> set[int]:
         return set()
 
 
-def _played(found: Findings, spans: list[Played]) -> Iterator[Evidence]:
+def _played(found: Findings, spans: list[Played], tick: int | None) -> Iterator[Evidence]:
     """What the ticks show: where the path clock began to slow, how long it took, where it came to rest."""
     for span in spans[:1]:
-        if span.slowed_tick is None:
+        slowed = span.slowed_tick if tick is None else tick + 1
+        if slowed is None or span.slowed_tick is None:
             continue
         period_ns = found.run.cell.period_ns
-        at_ns = span.begin_ns + (span.slowed_tick - span.first_tick) * period_ns
-        plan = found.story.plans.get(span.plan_id)
-        share = f", {span.path_s / plan.knots[-1]:.1%} of its path" if plan and plan.knots else ""
-        rest = next((c for c in found.changes.groups if _rests(c, span)), None)
-        yield Evidence(at_ns, "ticks", "the path clock slows from this tick on", span.slowed_tick)
+        rest = next((change for change in found.changes.groups if _left_stopping(change, span, slowed)), None)
+        at_ns = span.begin_ns + (slowed - span.first_tick) * period_ns
+        yield Evidence(at_ns, "ticks", "the path clock slows from this tick on", slowed)
         if rest is not None:
-            took = (rest.tick - span.slowed_tick) * period_ns / 1e9
-            text = f"at rest after {took:.3f} s, at {span.path_s:.3f} s{share}: {group_state(rest.after)}"
-            yield Evidence(rest.log_time_ns, "ticks", text, rest.tick)
+            yield Evidence(rest.log_time_ns, "ticks", _outcome(found, span, rest, slowed), rest.tick)
 
 
-def _rests(change: object, span: Played) -> bool:
-    return (
-        getattr(change, "session", None) == span.session
-        and getattr(change, "index", None) == span.group
-        and getattr(change, "before", None) == GroupState.STOPPING
-        and getattr(change, "tick", 0) >= (span.slowed_tick or 0)
-    )
+def _outcome(found: Findings, span: Played, change: Change, slowed: int) -> str:
+    """Resumed before it was at rest, or at rest: where, if it was the end of the move."""
+    took = (change.tick - slowed) * found.run.cell.period_ns / 1e9
+    if change.after == GroupState.MOVING:
+        return f"resumed after {took:.3f} s, still slowing"
+    plan = found.story.plans.get(span.plan_id)
+    share = f", {span.path_s / plan.knots[-1]:.1%} of its path" if plan and plan.knots else ""
+    where = "" if change.after == GroupState.HELD else f", at {span.path_s:.3f} s{share}"
+    return f"at rest after {took:.3f} s{where}: {group_state(change.after)}"
+
+
+def _left_stopping(change: Change, span: Played, slowed: int) -> bool:
+    mine = change.session == span.session and change.index == span.group
+    return mine and change.before == GroupState.STOPPING and change.tick >= slowed
 
 
 def _drives(found: Findings, begin_ns: int, end_ns: int, group: str | None) -> Iterator[Evidence]:
@@ -161,7 +165,7 @@ def _drives(found: Findings, begin_ns: int, end_ns: int, group: str | None) -> I
 
 
 def _endings(found: Findings, plan_id: object) -> Iterator[Evidence]:
-    for time, event in found.story.of_kind(EventKind.MOVE_ENDED, EventKind.MOVE_HELD):
+    for time, event in found.story.of_kind(EventKind.MOVE_ENDED, EventKind.MOVE_RESUMED):
         if event.details.get("plan_id") == plan_id:
             yield Evidence(time, event.source, event.message, event.tick)
 
@@ -197,13 +201,18 @@ def _refusals(found: Findings) -> Iterator[Incident]:
         yield incident
 
 
+def _received(answered_ns: int, request: RequestLog) -> int:
+    """When a request came, wall, ns; it is logged when it is answered."""
+    return answered_ns - round((request.answered_s - request.received_s) * 1e9)
+
+
 def _group_of(request: RequestLog) -> str | None:
     group = (request.body or {}).get("group")
     return group if isinstance(group, str) else None
 
 
 def _refused(found: Findings, time: int, request: RequestLog, group: str | None) -> Iterator[Evidence]:
-    received = time - round((request.answered_s - request.received_s) * 1e9)
+    received = _received(time, request)
     waited = (request.answered_s - request.received_s) * 1e3
     yield Evidence(received, "request", f"{request.user} sent {request.verb} {group or ''}".rstrip())
     states = {c.index: c for c in found.changes.groups if c.log_time_ns <= time}
