@@ -15,9 +15,10 @@ EFFECTS: dict[EventKind, Apply] = {
     EventKind.MOVE_STOPPING: lambda motion, event: motion.slow(Ending.HELD, str(event.details.get("reason"))),
     EventKind.MOVE_RESUMED: lambda motion, event: motion.resume(),
     EventKind.OVERRIDE_SET: lambda motion, event: motion.set_override(_rate(event, motion.plan_id) or 0.0),
+    EventKind.JOG_SPEED: lambda motion, event: motion.set_override(_rate(event, motion.plan_id) or 0.0),
 }
 """Events that changed a motion under way, and how. An effect at tick k first shows in the setpoint of tick k + 1."""
-WITHOUT_EFFECT = frozenset({EventKind.MOVE_ACCEPTED, EventKind.MOVE_HELD})
+WITHOUT_EFFECT = frozenset({EventKind.MOVE_ACCEPTED, EventKind.MOVE_HELD, EventKind.RATE_RELAXED})
 """Events that name a plan and change nothing about how it is played."""
 
 
@@ -85,5 +86,6 @@ def _plans(event: Event) -> Iterator[int]:
 def _rate(event: Event, plan_id: int) -> float | None:
     """What an event says of the plan's rate, 1 where it says nothing; None where that is not a number from 0 to 1."""
     rates = event.details.get("rates")
-    rate = rates.get(str(plan_id)) if isinstance(rates, dict) else event.details.get("override", 1.0)
+    named = event.details.get("rate" if event.kind == EventKind.JOG_SPEED else "override", 1.0)
+    rate = rates.get(str(plan_id)) if isinstance(rates, dict) else named
     return float(rate) if isinstance(rate, int | float) and 0.0 <= rate <= 1.0 else None

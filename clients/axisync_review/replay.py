@@ -21,15 +21,12 @@ from axisync_review.playing import Met, NotReplayable, Playing, begin
 from axisync_review.story import Story
 from axisync_schemas.base import Strict
 from axisync_schemas.cell import Cell
-from axisync_schemas.enumerations import GroupState
 from axisync_service.mapper.counts import CountMap
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 PER_AXIS = ("position", "velocity", "acceleration", "jerk")
-UNPLANNED = {GroupState.JOGGING: "jogs"}
-"""States whose setpoints come from no plan, and what the group does then."""
 SAME_INSTANT_NS = 1_000_000_000
 """Tick numbers begin anew with the controller; an event and a tick of one start are nearer than this."""
 
@@ -89,7 +86,7 @@ def replay(paths: Sequence[Path], progress: Progress | None = None) -> Replay:
             if difference is not None:
                 break
             ticks += part.new
-    notes = [*player.notes, *player.unplanned()]
+    notes = list(player.notes)
     if run.missing:
         notes.append(f"{run.missing} ticks are missing in the log and could not be compared")
     return Replay(
@@ -126,7 +123,6 @@ class Player:
     _effects: dict[int, Effects] = field(default_factory=dict)
     _free_before: Mask | None = None
     _session: int = 0
-    _unplanned: dict[tuple[int, GroupState], int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._effects = effects_of(self.story)
@@ -143,12 +139,6 @@ class Player:
             self._play(piece, plan_id, should)
         self._leave_out(piece, should)
         return self._first(piece, should)
-
-    def unplanned(self) -> Iterator[str]:
-        """Sentences about setpoints that come from no plan."""
-        for (group, state), ticks in self._unplanned.items():
-            name = self.cell.group_names[group]
-            yield f"{name} {UNPLANNED[state]} in {ticks} ticks, which are not replayed"
 
     # --- what should be -----------------------------------------------------------------------------------------
 
@@ -236,15 +226,9 @@ class Player:
 
     def _leave_out(self, piece: Piece, should: _Should) -> None:
         """What nobody can say, and the rows after it, in which it comes to its end."""
-        states, free = piece.fresh("group_state"), should.free
+        free = should.free
         for plan_id in self._left_out:
             free |= piece.fresh("plan_id") == plan_id
-        for state in UNPLANNED:
-            rows = states == state
-            free |= rows
-            for group in np.flatnonzero(rows.any(axis=0)):
-                key = int(group), state
-                self._unplanned[key] = self._unplanned.get(key, 0) + int(rows[:, group].sum())
         last = free[-1:].copy()
         free[1:] |= free[:-1].copy()
         if self._free_before is not None and piece.carried:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from axisync_schemas.internal import BeginCommand, GroupCommand, OverrideCommand
+from axisync_schemas.internal import BeginCommand, GroupCommand, JogCommand, OverrideCommand
 from axisync_schemas.memory import PLAN_SLOT_BYTES
 from axisync_schemas.plan_slots import PlanReader, write_plan
 from axisync_schemas.ticks import Records, TickLayout
@@ -43,8 +43,8 @@ class Decided(Bench):
         """Another rate."""
         self.tell(OverrideCommand(ref=8, group=group, value=value))
 
-    def move(self, group: str, plan_id: int, distance: float) -> None:
-        """Begins a move of all the group's axes by `distance`, rad."""
+    def move(self, group: str, plan_id: int, distance: float, jog_until_ns: int | None = None) -> None:
+        """Begins a move of all the group's axes by `distance`, rad, or a jog that far at most."""
         axes = list(self.cell.axis_indices(group))
         start = self.core.current.position[axes]
         plan = joint_plan(self.cell, group, start.tolist(), (start + distance).tolist(), plan_id)
@@ -52,8 +52,20 @@ class Decided(Bench):
         fields = {"plan_id": plan_id, "move_id": f"m-{plan_id}", "group": group, **plan_fields(plan)}
         self.told.append(("/plans", self.tick, fields))
         members = len(self.cell.members(group))
-        begin = BeginCommand(ref=2, group=group, plan_id=plan_id, slot=0, epochs=(1,) * members, stop_counts=())
+        begin = BeginCommand(
+            ref=2,
+            group=group,
+            plan_id=plan_id,
+            slot=0,
+            epochs=(1,) * members,
+            stop_counts=(),
+            jog_until_ns=jog_until_ns,
+        )
         self.tell(begin)
+
+    def jog_on(self, group: str, plan_id: int, share: float, until_ns: int) -> None:
+        """Another request of a jog."""
+        self.tell(JogCommand(ref=7, group=group, plan_id=plan_id, until_ns=until_ns, share=share))
 
     def run(self, ticks: int = 1, skipped: int = 0) -> None:
         """As of Bench, and keeps the events with their ticks."""

@@ -109,4 +109,5 @@ class Motion:
         """One tick on: position, velocity, acceleration, jerk [n], in buffers that the next call may overwrite."""
         self._clock.advance()
         self.relaxed_ticks += self._clock.relaxed and not self._clock.slowing
-        return self._clock.motion()
+        q, v, a, j = self._clock.motion()
+        return (q, v, a, np.zeros_like(j)) if self.at_rest else (q, v, a, j)  # the last tick's jerk is over

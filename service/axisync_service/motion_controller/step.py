@@ -175,7 +175,6 @@ class Core:
             upcoming.position[axes], upcoming.velocity[axes] = q, v
             upcoming.acceleration[axes], upcoming.jerk[axes] = a, j
             if motion.at_rest:
-                upcoming.jerk[axes] = 0.0  # the last tick's is over
                 self.motions.settle(motion)
         for group in self.groups:
             if not group.following:  # With closed brakes, what the drives show is the target.

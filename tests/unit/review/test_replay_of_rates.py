@@ -10,7 +10,6 @@ from axisync_review.findings import gather
 from axisync_review.replay import replay
 from axisync_review.review import review_of
 from axisync_schemas.enumerations import GroupState
-from axisync_service.mapper.counts import CountMap
 from support.decided_log import Decided
 from support.saved_log import event
 
@@ -106,19 +105,17 @@ def test_an_event_that_nobody_can_replay_is_no_difference(tmp_path: Path) -> Non
     assert "met 'path_blended' at tick" in found.notes[0]
 
 
-def test_jogging_is_counted_and_not_compared(tmp_path: Path) -> None:
+def test_a_jog_at_several_speeds_that_lapses(tmp_path: Path) -> None:
     bench = Decided()
-    bench.run(40)
-    for number, record in enumerate(bench.ticks[-30:-10]):
-        record["group_state"][0] = GroupState.JOGGING
-        record["position"][0] += 1e-4 * number
-    for record in bench.ticks[-10:]:
-        record["position"][0] += 2e-3
-    for record in bench.ticks[-30:]:
-        record["target_counts"] = CountMap(bench.cell.axes).to_counts(record["position"])
-    found = replay([bench.save(tmp_path)])
-    assert (found.same, found.not_replayed) == (True, 21)
-    assert found.notes == ("kingkong jogs in 20 ticks, which are not replayed",)
+    bench.move("kingkong", 1, 0.5, jog_until_ns=bench.now_ns + 600_000_000)
+    bench.run(150)
+    for share in (0.5, 0.9, 0.3):
+        bench.jog_on("kingkong", 1, share, bench.now_ns + 400_000_000)
+        bench.run(100)
+    bench.until_rest()
+    assert any(record["group_state"][0] == GroupState.JOGGING for record in bench.ticks)
+    assert 0.01 < abs(bench.ticks[-1]["position"][0] - bench.ticks[0]["position"][0]) < 0.49
+    same(bench.save(tmp_path), 1)
 
 
 def test_however_the_log_is_cut_for_reading(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
