@@ -71,7 +71,7 @@ def test_hold_resume_slower_and_stop(operator: Screen, client: Client) -> None:
     expect(operator.state("kingkong")).to_have_text("held")
     operator.press("Resume")
     expect(operator.state("kingkong")).to_have_text("moving")
-    slider = operator.page.locator(".override .q-slider").first
+    slider = operator.page.locator(".override .q-slider [tabindex]").first
     slider.focus()
     operator.page.keyboard.press("ArrowLeft")
     wait_for(lambda: client.state().groups["kingkong"].override == 0.95, "slower at once", 20)
