@@ -12,7 +12,7 @@ move. Whatever goes wrong is an `AxisyncError`. `AsyncClient` is the same for as
 
 from axisync_client import moves
 from axisync_client.async_client import AsyncClient
-from axisync_client.async_lease import AsyncLease, AsyncMove
+from axisync_client.async_lease import AsyncJog, AsyncLease, AsyncMove
 from axisync_client.async_stream import AsyncStream
 from axisync_client.client import Client
 from axisync_client.errors import (
@@ -43,6 +43,7 @@ from axisync_schemas.programs import Program
 
 __all__ = [
     "AsyncClient",
+    "AsyncJog",
     "AsyncLease",
     "AsyncMove",
     "AsyncStream",

@@ -2,18 +2,23 @@
 
 import asyncio
 import functools
+import time
 from collections.abc import AsyncIterator, Callable, Coroutine
 from types import TracebackType
 from typing import Any, Concatenate, ParamSpec, Self
 
-from axisync_client.errors import LeaseLost
+from axisync_client.errors import LeaseLost, Refused
+from axisync_client.jog import Jog, Space
 from axisync_client.lease import Lease
 from axisync_client.move import Move
 from axisync_client.threads import Shadow, asynchronous, in_thread
+from axisync_client.units import Floats
 from axisync_client.watch import Watch, arrived
-from axisync_schemas.replies import MoveReply, MoveReport
+from axisync_schemas.replies import JogReply, MoveReply, MoveReport
 
 P = ParamSpec("P")
+JOG_CHECK_S = 0.05
+"""How soon a jog that has ended by itself is noticed."""
 
 
 class AsyncMove(Shadow[Move]):
@@ -75,6 +80,55 @@ def _starting(
     return call
 
 
+class AsyncJog(Shadow[Jog]):
+    """`Jog` for `async with`. Made by `AsyncLease.jog`. A busy event loop does not end it: a thread asks again."""
+
+    def __init__(self, blocking: Jog) -> None:
+        self._blocking = blocking
+
+    @property
+    def reply(self) -> JogReply | None:
+        """The newest; `reply.ahead` says what is in force and what the way ends at."""
+        return self._blocking.reply
+
+    @property
+    def blocked(self) -> Refused | None:
+        """Why it does not move now although it is asked to; None while it does."""
+        return self._blocking.blocked
+
+    @property
+    def velocity(self) -> tuple[float, ...]:
+        """As `Jog.velocity`."""
+        return self._blocking.velocity
+
+    @velocity.setter
+    def velocity(self, velocity: Floats) -> None:
+        self._blocking.velocity = velocity
+
+    def check(self) -> None:
+        """As `Jog.check`."""
+        self._blocking.check()
+
+    async def sleep(self, seconds: float) -> None:
+        """As `Jog.sleep`."""
+        end_s = time.monotonic() + seconds
+        while (left_s := end_s - time.monotonic()) > 0.0:
+            self.check()
+            await asyncio.sleep(min(left_s, JOG_CHECK_S))
+        self.check()
+
+    async def __aenter__(self) -> Self:
+        """As `Jog.__enter__`."""
+        await in_thread(self._blocking.__enter__, lambda jog: jog.__exit__(None, None, None))
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """As `Jog.__exit__`."""
+        await in_thread(lambda: self._blocking.__exit__(kind, error, trace))
+
+
 class AsyncLease(Shadow[Lease]):
     """`Lease`, awaited. Made by `AsyncClient.lease`. Renewed on a thread, so a busy event loop does not lose it.
 
@@ -134,6 +188,12 @@ class AsyncLease(Shadow[Lease]):
     move_path = _starting(Lease.move_path)
     move_sequence = _starting(Lease.move_sequence)
     run_program = _starting(Lease.run_program)
+
+    def jog(
+        self, group: str | None = None, *, space: Space = "joint", velocity: Floats, ttl_s: float = 0.2
+    ) -> AsyncJog:
+        """As `Lease.jog`, for `async with`."""
+        return AsyncJog(self._blocking.jog(group, space=space, velocity=velocity, ttl_s=ttl_s))
 
     async def __aenter__(self) -> Self:
         return self

@@ -10,9 +10,11 @@ import pytest
 
 from axisync_client import (
     AsyncClient,
+    AsyncJog,
     AsyncLease,
     AsyncMove,
     Client,
+    Jog,
     Lease,
     LeaseLost,
     Move,
@@ -28,16 +30,16 @@ from axisync_schemas.errors import ErrorCode, Refusal
 from support.cell_peer import Peer
 
 HERE = deg(*[0] * 6)
-OPENED = {"lease", "events", "states", "setpoints", "updates"}
+OPENED = {"lease", "events", "states", "setpoints", "updates", "jog"}
 """What is not awaited but entered or iterated."""
-APART = {"jog"}
-"""Has a form of its own."""
 
 
-@pytest.mark.parametrize(("blocking", "awaited"), [(Client, AsyncClient), (Lease, AsyncLease), (Move, AsyncMove)])
+@pytest.mark.parametrize(
+    ("blocking", "awaited"), [(Client, AsyncClient), (Lease, AsyncLease), (Move, AsyncMove), (Jog, AsyncJog)]
+)
 def test_the_names_and_arguments_are_the_same(blocking: type, awaited: type) -> None:
     def public(kind: type) -> dict[str, Any]:
-        return {name: getattr(kind, name) for name in dir(kind) if not name.startswith("_") and name not in APART}
+        return {name: getattr(kind, name) for name in dir(kind) if not name.startswith("_")}
 
     methods = {name: method for name, method in public(blocking).items() if inspect.isfunction(method)}
     assert methods.keys() <= public(awaited).keys()
@@ -76,6 +78,25 @@ async def seen(peer: Peer, message: Awaitable[Any], publish: Callable[[], None])
         publish()
         await asyncio.wait([task], timeout=0.02)
     return task.result()
+
+
+def test_a_jog_lasts_as_long_as_its_block(peer: Peer) -> None:
+    async def work(client: AsyncClient) -> None:
+        async with client.lease("kingkong") as arm:
+            async with arm.jog(velocity=(0.1, 0, 0, 0, 0, 0)) as jog:
+                await jog.sleep(0.3)
+                jog.velocity = (0.05, 0, 0, 0, 0, 0)
+                assert jog.reply is not None
+                assert jog.blocked is None
+                await jog.sleep(0.2)
+            assert jog.velocity == (0.05, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    run(peer, work)
+    velocities = [body["velocity"] for verb, _, body in peer.requests if verb == "jog"]
+    assert len(velocities) > 4
+    assert velocities[0][0] == 0.1
+    assert velocities[-2][0] == 0.05
+    assert velocities[-1] == [0.0] * 6, "let go"
 
 
 def test_a_move_from_enable_to_arrival(peer: Peer) -> None:
