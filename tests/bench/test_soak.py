@@ -2,6 +2,7 @@
 
 import io
 from itertools import count
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from axisync_schemas.ticks import TickLayout
 
 def test_growth_is_said_by_process_and_hour(monkeypatch: pytest.MonkeyPatch) -> None:
     now = count(0.0, 10.0)
-    monkeypatch.setattr(soak.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr("soak.time.monotonic", lambda: next(now))
     sizes = count(50.0, 0.1)
     growth = soak.Growth(lambda: [Usage("front", 1, 0.0, next(sizes), 3)], 100.0, _began=0.0)
     for _ in range(12):
@@ -27,6 +28,7 @@ def test_growth_is_said_by_process_and_hour(monkeypatch: pytest.MonkeyPatch) -> 
     report = Report(Console(file=output, width=110))
     growth.say(report, ticks, 2_000_000)
     assert "off by at most 0 ns" in output.getvalue()
-    (row,) = report.data["soak"]  # type: ignore[misc]
+    rows: Any = report.data["soak"]
+    (row,) = rows
     assert row["process"] == "front"
     assert float(row["an hour"]) == pytest.approx(36.0, rel=0.05)
