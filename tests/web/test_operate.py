@@ -78,6 +78,7 @@ def test_hold_resume_slower_and_stop(operator: Screen, client: Client) -> None:
     operator.page.locator("#stop").click()
     expect(operator.page.locator("#stop-note")).to_contain_text("Stop taken")
     expect(operator.state("kingkong")).to_have_text("standstill")
+    slider.focus()  # the button has it now
     operator.page.keyboard.press("ArrowRight")
     assert client.state().groups["kingkong"].override == 0.95
     operator.press("Set")
