@@ -2,17 +2,15 @@
 
 from typing import Literal
 
-from pydantic import Field
-
+from axisync_client import calls
 from axisync_client.calls import Call
-from axisync_schemas.base import Name
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import LeasedRequest
-from axisync_schemas.replies import GroupReply
+from axisync_schemas.replies import JogReply
 
 TTL_S = 0.3
 """The arm stops by itself when the browser was silent for so long: three refreshes."""
-TIMEOUT_S = 0.25
+TIMEOUT_S, RELEASE_S = 1.0, 10.0
+"""For an answer: the first one comes when the way is planned, that of a release when the group stands."""
 LINEAR_M_S = 0.1
 ANGULAR_RAD_S = 0.5
 """Full speed of the tool's pads."""
@@ -22,19 +20,14 @@ SPACES: dict[Space, str] = {"joint": "Joints", "tool": "Tool frame", "base": "Ba
 DIRECTIONS = ("x", "y", "z", "about x", "about y", "about z")
 
 
-class JogRequest(LeasedRequest):
-    """`velocity`: rad/s of each axis, or m/s and rad/s of the tool along and about x, y, z."""
-
-    group: Name
-    space: Space
-    velocity: tuple[float, ...]
-    ttl_s: float = Field(default=TTL_S, gt=0.0)
-
-
-def jog_call(group: str, space: Space, velocity: tuple[float, ...], token: str) -> Call[GroupReply]:
+def jog_call(group: str, space: Space, velocity: tuple[float, ...], token: str) -> Call[JogReply]:
     """One refresh."""
-    request = JogRequest(group=group, space=space, velocity=velocity, ttl_s=TTL_S, lease=token)
-    return Call("jog", GroupReply, request, TIMEOUT_S, expires=True)
+    return calls.jog(group, space, velocity, TTL_S, token, TIMEOUT_S)
+
+
+def release_call(cell: Cell, group: str, space: Space, token: str) -> Call[JogReply]:
+    """The pad was let go; answered when the group stands."""
+    return calls.jog(group, space, (0.0,) * len(pads_of(cell, group, space)), TTL_S, token, RELEASE_S)
 
 
 def pads_of(cell: Cell, group: str, space: Space) -> list[str]:

@@ -10,6 +10,7 @@ from nicegui import Client as Browser
 from nicegui import ui
 
 from axisync_client import AxisyncError, Client, Lease, LeaseLost, Refused
+from axisync_client.jog import PASSING
 from axisync_dashboard import jogging
 from axisync_dashboard.jogging import Space
 from axisync_dashboard.link import DaemonLink
@@ -227,7 +228,7 @@ class Tab:
             call = jogging.jog_call(self.group, self.space, velocity, self.lease.token)
             await self.link.ask(call)
         except (AxisyncError, ValueError) as error:
-            return self._no_jog(error)
+            return None if isinstance(error, Refused) and error.code in PASSING else self._no_jog(error)
         finally:
             self._jogging = False
         return None
@@ -240,10 +241,10 @@ class Tab:
         return said
 
     async def end_jog(self) -> None:
-        """The pad was let go: the arm would stop by itself, and a stop is quicker."""
+        """The pad was let go: the arm would stop by itself, and being told is quicker."""
         if self.lease is None or not self._armed_until:
             return
         try:
-            await self.link.stop(self.group)
+            await self.link.ask(jogging.release_call(self.cell, self.group, self.space, self.lease.token))
         except AxisyncError as error:
             self.say(of_error(error), "negative")

@@ -145,3 +145,16 @@ def test_a_log_can_be_downloaded(operator: Screen) -> None:
     with operator.page.expect_download() as download:
         operator.page.locator(".log a").first.click()
     assert Path(download.value.path()).read_bytes().startswith(b"\x89MCAP0\r\n")
+
+
+def test_a_held_pad_jogs_until_it_is_let_go(operator: Screen, client: Client) -> None:
+    operator.page.get_by_role("tab", name="Jog").click()
+    operator.press("Make the pads live")
+    before = client.state().groups["kingkong"].position[3]
+    pad = operator.page.locator('.pad[data-pad="3"][data-sign="1"]')
+    pad.hover()
+    operator.page.mouse.down()
+    expect(operator.state("kingkong")).to_have_text("jogging")
+    wait_for(lambda: client.state().groups["kingkong"].position[3] > before + 0.02, "it jogs", 20)
+    operator.page.mouse.up()
+    expect(operator.state("kingkong")).to_have_text("standstill")
