@@ -65,7 +65,7 @@ class Session:
             q, v, a, j = clock.motion()
             self._position[axes] = q
             if clock.at_rest:
-                self._tick(GroupState.STANDSTILL, (v, a, j))
+                self._tick(GroupState.STANDSTILL, (v, a, np.zeros_like(j)))
                 return
             state = GroupState.STOPPING if clock.stopping else GroupState.MOVING
             self._tick(state, (v, a, j), clock.s, clock.rate)

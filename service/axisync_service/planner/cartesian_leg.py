@@ -36,6 +36,8 @@ POSITION_TOLERANCE = 1e-9
 """rad: a thousandth of what the design asks for."""
 JERK_TOLERANCE = 1e-3
 """Of the joint's limit."""
+FOLLOWED = 256
+"""Samples along a path up to where it is not smooth: joints there follow from those before."""
 JUMP_MAX = 0.01
 """Of an axis's acceleration limit: more, from one piece to the next, is no rounding."""
 CELL_S = 0.01
@@ -302,7 +304,7 @@ def _fitted(routes: list[_Route], axes: tuple[Axis, ...], profile: SyncProfile, 
         return fit(joints, motion, slope, np.full(len(axes), POSITION_TOLERANCE), tolerance, start)
     except NotSmooth as error:
         route = _route_of(error.axis, routes)
-        at = joints(np.array([error.time]))[0][route.member.columns]
+        at = joints(np.linspace(0.0, error.time, FOLLOWED))[-1][route.member.columns]
         raise _jump(axes[error.axis].name, error.time, route.singularity(at)) from None
 
 

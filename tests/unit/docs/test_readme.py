@@ -13,8 +13,10 @@ from axisync_cli.main import app
 from axisync_cli.move_options import Asked
 from axisync_client import Program, deg, moves
 from axisync_schemas.cell import Cell, parse_cell
+from axisync_schemas.internal import Jog, PlanJob
 from axisync_schemas.programs import read_program
 from axisync_service.demo import PROGRAMS, SLOW, patient, program_for
+from axisync_service.planner.jog_plan import plan_jog
 from axisync_service.planner.models import Models
 from support.planner_jobs import CELL, REST, TEXT, plan_of, planned
 
@@ -41,6 +43,14 @@ class Robot:
         result = planned(program.move, self.models, group=program.group, speed_scale=speed, **at)
         if commit:
             self.at[axes] = plan_of(result).end
+
+    def jog(self, group: str, velocity: tuple[float, ...], seconds: float) -> None:
+        """With the tool, in O; it must be free to go on for so long."""
+        at, move = tuple(self.at[list(CELL.axis_indices(group))]), Jog(space="body", velocity=velocity)
+        job = PlanJob(ref=1, plan_id=1, slot=0, group=group, start=at, rest=tuple(self.at), speed_scale=1.0, move=move)
+        plan = plan_jog(self.models, job, ()).plan
+        assert plan is not None
+        assert plan.knots[-1] > seconds
 
 
 @pytest.fixture(scope="module", params=[True, False], ids=["real time", "late drives"])
@@ -80,7 +90,12 @@ def test_every_snippet_is_accepted_after_it(robot: Robot) -> None:
         def move_joint(self, target: Any, **options: Any) -> None:
             robot.play(Program(name="snippet", group=self.group, move=moves.joint(target, **options)))
 
-    assert len(SNIPPETS) == 1
-    ((target, options),) = re.findall(r"arm\.move_joint\((deg\([^)]*\))(.*?)\)", SNIPPETS[0])
-    (group,) = re.findall(r'lease\("(\w+)"\)', SNIPPETS[0])
+    snippet, jogs = SNIPPETS
+    ((target, options),) = re.findall(r"arm\.move_joint\((deg\([^)]*\))(.*?)\)", snippet)
+    (group,) = re.findall(r'lease\("(\w+)"\)', snippet)
     eval(f"arm.move_joint({target}{options})", {"arm": Arm(group), "deg": deg})
+    assert f'lease("{group}")' in jogs
+    velocities = [tuple(map(float, found.split(","))) for found in re.findall(r"velocity ?= ?\(([^)]*)\)", jogs)]
+    assert len(velocities) == 2
+    for velocity in velocities:
+        robot.jog(group, velocity, 1.0)
