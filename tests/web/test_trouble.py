@@ -13,8 +13,8 @@ from playwright.sync_api import Browser, expect
 from support.browser import Dashboard, Screen
 from support.daemon import Daemon, free_port
 
-FAULT = ("kind=emergency", "bus=kingkong", "node=2", "code=0x4310")
-"""Drive over-temperature, as a drive reports it."""
+FAULT = ("kind=emergency", "bus=kingkong", "node=2", "code=0x2310")
+"""Over-current, as a drive reports it: a fault that a reset ends."""
 
 GREY = """() => {
   window.greyMs = 0;
