@@ -14,9 +14,7 @@ _WHAT_TO_TYPE = {
     ErrorCode.BUSY: "wait for the end, or run `axisync stop {group}`",
 }
 
-_WHEN_LOST = (
-    "`axisync lease` shows the holders, `axisync state` what the move does, `axisync stop {group}` ends it"
-)
+_WHEN_LOST = "`axisync lease` shows the holders, `axisync state` what the move does, `axisync stop {group}` ends it"
 
 
 def of_error(error: AxisyncError, group: str | None) -> str:
