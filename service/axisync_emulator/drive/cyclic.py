@@ -103,7 +103,7 @@ class Cyclic:
             self._missed = 0
             self._apply(data, now)
             return
-        # Of a gap in the SYNCs each lacked its RPDO; this SYNC's was for sending within the gap, and is no further loss.
+        # Each SYNC in a gap lacked its RPDO; this SYNC's was to be sent within the gap, and is no further loss.
         self._missed += max(1, advance - 1)
         if self._missed > self._tolerated and self._profile.enabled:
             self._rpdo_missing(now)

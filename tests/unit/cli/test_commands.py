@@ -156,7 +156,7 @@ def test_a_lease_lost_in_mid_move_is_one_sentence(run: Run, peer: Peer, monkeypa
     moved = run("move", "kingkong", *STEP, "--duration", "60")
     assert moved.code == 1
     assert moved.err.startswith(
-        "the lease on kingkong is lost (this lease has lapsed, was released or taken over): `axisync lease` shows"
+        "the lease on kingkong is lost (this lease has lapsed, was released or taken over): `axisync lease`"
     )
     assert moved.err.endswith("`axisync stop kingkong` ends it\n")
     assert moved.err.count("\n") == 1
