@@ -59,6 +59,7 @@ class Word(IntEnum):
     PLANNER_NS = 11  # planner
     FRONT_READY = 12  # front: 1 while it sees a running controller, so that commands can be carried out
     HOMED_CHANGES = 13  # controller: grows whenever an axis was homed, or is no longer
+    PLANNER_PID = 14  # planner: its process id, so that front can end it when it hangs
 
 
 class GroupWord(IntEnum):

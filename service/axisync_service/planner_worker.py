@@ -4,6 +4,7 @@ import contextlib
 import gc
 import logging
 import mmap
+import os
 import selectors
 import socket
 import sys
@@ -77,8 +78,6 @@ class Worker:
         self._plans = plans
         self._listening = listening
         listening.setblocking(False)
-        # Again, in this process: whoever connects from now on sees this process's id (unix(7), SO_PEERCRED).
-        listening.listen(4)
         self._selector = selectors.DefaultSelector()
         self._selector.register(listening, selectors.EVENT_READ, self._accept)
 
@@ -127,6 +126,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Works until the service stops."""
     context = start("planner", arguments)
     context.control[Word.PLANNER_NS] = 0  # until warm
+    context.control[Word.PLANNER_PID] = os.getpid()
     worker = make_worker(context)
     warm_up(worker.models)
     log.info("backend=%s", backend())

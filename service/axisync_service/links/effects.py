@@ -52,15 +52,18 @@ class Effects:
         return self._controller.send(command.model_dump_json().encode())
 
     def to_planner(self, job: PlanJob) -> bool:
-        """Sends a job, unless the planner is not there or still warming up: its time must not run meanwhile."""
-        return self._control[Word.PLANNER_NS] != 0 and self._planner.send(job.model_dump_json().encode())
+        """Sends a job, unless the planner is not there or still warming up: its time must not run meanwhile.
+
+        A sign of life from before the connection is that of the planner before.
+        """
+        warm = self._control[Word.PLANNER_NS] > self._planner.since_ns
+        return warm and self._planner.send(job.model_dump_json().encode())
 
     def kill_planner(self) -> None:
         """SIGKILL, which also ends a process that is stopped or deep in a library."""
-        pid = self._planner.peer()
+        pid = self._control[Word.PLANNER_PID]
         log.error("planner hangs pid=%s", pid)
-        if pid is not None:
-            kill_worker(pid, self._parent)
+        kill_worker(pid, self._parent)
 
     def set_lease(self, group: int, epoch: int, until_ns: int) -> None:
         """The epoch first: a time without its epoch must never count for the holder before."""

@@ -4,7 +4,6 @@ import contextlib
 import logging
 import selectors
 import socket
-import struct
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +14,6 @@ log = logging.getLogger(__name__)
 
 RETRY_NS = 50_000_000
 PACKETS_AT_ONCE = 64
-_UCRED = struct.Struct("3i")
 
 
 class Link:
@@ -77,13 +75,6 @@ class Link:
             self._lost()
             return False
         return True
-
-    def peer(self) -> int | None:
-        """Process id of the listener, as the kernel noted it when the socket was last made to listen (unix(7))."""
-        if self._socket is None:
-            return None
-        credentials = self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _UCRED.size)
-        return int(_UCRED.unpack(credentials)[0])
 
     def close(self) -> None:
         """Ends the connection for good."""

@@ -36,9 +36,6 @@ from axisync_schemas.internal import (
     GroupStatus,
 )  # fmt: skip
 from axisync_schemas.memory import (
-    PLAN_SLOT_BYTES,
-    PLAN_SLOTS,
-    STATUS_BYTES,
     Control,
     GroupWord,
     Mailbox,
@@ -46,6 +43,7 @@ from axisync_schemas.memory import (
     TimingRing,
     Word,
     create,
+    region_sizes,
 )  # fmt: skip
 from axisync_schemas.plan_slots import Plan, read_plan
 from axisync_schemas.replies import Event
@@ -226,6 +224,9 @@ class ControllerPeer(threading.Thread):
         self.mailbox.write(status.model_dump_json().encode())
 
 
+WARM_S = 60.0
+
+
 class Refused(Exception):
     """A typed error from the daemon."""
 
@@ -268,8 +269,16 @@ class Client:
         return str(self.command("lease", action="take", groups=list(groups or ("both",)), ttl_s=ttl_s)["lease"])
 
     def move(self, group: str, lease: str, target: list[float], **fields: Any) -> Any:
-        """A joint move."""
-        return self.command("move", group=group, lease=lease, move={"target": target, "relative": True} | fields)
+        """A joint move; asked for again while the planner warms up."""
+        move = {"target": target, "relative": True} | fields
+        deadline = time.monotonic() + WARM_S
+        while True:
+            try:
+                return self.command("move", group=group, lease=lease, move=move)
+            except Refused as refused:
+                if refused.body["message"] != "the planner is not there" or time.monotonic() > deadline:
+                    raise
+            time.sleep(0.2)
 
     def report(self, move_id: str) -> Any:
         """Where a move is."""
@@ -289,14 +298,7 @@ class Service:
         self.directory = directory
         self.cell, text = read_cell(CELL)
         (directory / "cell.toml").write_text(text)
-        layout = TickLayout(len(self.cell.axes), len(self.cell.groups))
-        sizes = {
-            "control": Control.size(len(self.cell.groups)),
-            "ticks": TickRing.size(layout, slots_for(self.cell.period)),
-            "timings": TimingRing.size(),
-            "status": STATUS_BYTES,
-            "plans": PLAN_SLOTS * PLAN_SLOT_BYTES,
-        }
+        sizes = region_sizes(self.cell.period, len(self.cell.axes), len(self.cell.groups))
         self.regions = create(sizes)
         self.control = Control(self.regions["control"].map(), len(self.cell.groups))
         self.log, self.log_write = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)

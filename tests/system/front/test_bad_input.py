@@ -58,12 +58,13 @@ def test_raw_bodies(service: Service, client: Client, refused: Any, raw: bytes, 
     assert service.peer.commands == []
 
 
-@pytest.mark.parametrize("verb", ["jog", "hold", "resume", "override", "home", "drive"])
-def test_verbs_to_come_say_which_are_served(client: Client, refused: Any, verb: str) -> None:
+@pytest.mark.parametrize("verb", ["jog", "hold", "resume", "override", "enable", "reset", "home", "drive", "lease"])
+def test_every_verb_says_what_is_missing(service: Service, client: Client, refused: Any, verb: str) -> None:
     body = refused(client.ask, f"cmd/anonymous/{verb}", b"{}")
     assert body["code"] == "INVALID_REQUEST"
-    assert "not served by this version" in body["message"]
-    assert "stop" in body["details"]["served"]
+    missing = {fault["path"] for fault in body["details"]["errors"]}
+    assert missing & {"group", "axis", "groups", "action"}
+    assert service.peer.commands == []
 
 
 @pytest.mark.parametrize("raw", [HUGE, b"\xff", b"[", b'{"group": "nobody"}', b'{"group": 1}', nested(5000)])

@@ -18,6 +18,8 @@ from axisync_service.process import EXIT_CONFIGURATION
 
 Service = Any
 STEP = [0.05] * 6
+WARM_S = 90.0
+"""For a planner that starts beside other work."""
 
 
 class DeafLink(threading.Thread):
@@ -112,7 +114,7 @@ def test_front_is_killed_in_mid_move_and_adopts_what_it_finds(own: Service) -> N
 
 def test_a_planner_that_hangs_is_killed_after_five_seconds(own: Service, refusal: type[Exception]) -> None:
     client, lease = enabled(own)
-    wait(lambda: _moves(client, lease, refusal))
+    wait(lambda: _moves(client, lease, refusal), WARM_S)
     planner = own.processes["planner_worker"]
     planner.send_signal(signal.SIGSTOP)
     before = time.monotonic()
@@ -121,7 +123,7 @@ def test_a_planner_that_hangs_is_killed_after_five_seconds(own: Service, refusal
     assert 4.0 < time.monotonic() - before < 15.0
     assert planner.wait(5.0) == -signal.SIGKILL
     own.spawn("planner_worker")
-    wait(lambda: _moves(client, lease, refusal))
+    wait(lambda: _moves(client, lease, refusal), WARM_S)
     client.session.close()
 
 
@@ -131,7 +133,7 @@ def test_a_planner_that_dies_is_found_again(own: Service, refusal: type[Exceptio
     body = client.refused("move", group="kingkong", lease=lease, move={"target": STEP})
     assert body["code"] in ("UNAVAILABLE", "INTERNAL")
     own.spawn("planner_worker")
-    wait(lambda: _moves(client, lease, refusal))
+    wait(lambda: _moves(client, lease, refusal), WARM_S)
     client.session.close()
 
 

@@ -35,7 +35,8 @@ def wait(found: Any, timeout_s: float = 10.0) -> Any:
 def test_queries(service: Service, client: Client) -> None:
     info = client.ask("info")
     assert (info["name"], info["schema_versions"]) == ("eod", [1])
-    assert info["verbs"] == ["disable", "enable", "lease", "move", "plan", "reset", "stop"]
+    verbs = "disable drive enable hold home jog lease move override plan reset resume stop"
+    assert info["verbs"] == verbs.split()
     assert abs(info["now_s"] - time.monotonic()) < 5.0
     assert client.ask("config") == json.loads(service.cell.model_dump_json(by_alias=True))
     assert client.ask("schema/MoveRequest") == schema(next(m for m in MODELS if m.__name__ == "MoveRequest"))
