@@ -54,8 +54,11 @@ class CyclicPosition:
         actual = self._motor.position(now)
         return abs(self._unwrapped(actual) - actual) <= self._specification.enable_window
 
-    def follow(self, now: int) -> bool:
-        """Sets out for the target, which one period from now is to be reached; False where that is implausible."""
+    def follow(self, now: int, cycles: int | None) -> bool:
+        """Sets out for the target, which one period from now is to be reached; False where that is implausible.
+
+        `cycles`: SYNCs since the last target; None where it came without one.
+        """
         motor = self._motor
         demand = motor.demand
         start = demand.at(now)
@@ -68,13 +71,13 @@ class CyclicPosition:
         reached: float | None = target
         if self._approaching:
             reached = self._approach(start, target, demand.velocity_at(now))
-        elif abs(target - demand.at(now + self.period_ns)) > self._allowed(demand.overdue_ns(now)):
+        elif abs(target - demand.next_target(now, self.period_ns, cycles)) > self._allowed(cycles or 1):
             reached = None
         if reached is None:
             return self.waiting
         self.waiting = False
         if now >= motor.released_at:
-            motor.follow(reached, now, self.period_ns, self._specification.hold_on_missed)
+            motor.follow(reached, now, self.period_ns, self._specification.hold_on_missed, cycles)
         return True
 
     def _approach(self, start: float, target: float, velocity: float) -> float | None:
@@ -88,11 +91,11 @@ class CyclicPosition:
         self._approaching = abs(distance) > step
         return start + min(max(distance, -step), step)
 
-    def _allowed(self, overdue_ns: int) -> float:
-        """How far a target may be from the extrapolated demand: a step of one period at the highest speed, and what
-        the axis can have gained or lost by 0x6085 since the demand was last told where to go."""
-        overdue_s = overdue_ns * 1e-9
-        return self._step_max + 0.5 * self._braking * overdue_s * overdue_s
+    def _allowed(self, cycles: int) -> float:
+        """How far a target may be from the extrapolated one: a step of one period at the highest speed, and what
+        the axis can have gained or lost by 0x6085 in SYNCs without a target."""
+        gap_s = (cycles - 1) * self.period_ns * 1e-9
+        return self._step_max + 0.5 * self._braking * gap_s * gap_s
 
     def _unwrapped(self, near: int) -> int:
         """The target's turn of the INTEGER32 range that is nearest to `near`: positions wrap without a jump."""

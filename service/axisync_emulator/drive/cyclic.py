@@ -32,7 +32,7 @@ class Cyclic:
         self._sync_lost = port.timer(self._on_sync_lost)
         self._rpdo_lost = port.timer(self._on_rpdo_timeout)
         self._missed = 0
-        self._tolerated = 0
+        self._tolerated = self._cycles = 0
         self._lost_ns = 0
         self._window_ns = NEVER
 
@@ -64,7 +64,7 @@ class Cyclic:
         """NMT start: counting begins anew."""
         self.operational = True
         self.rpdo.buffer = None
-        self._missed = 0
+        self._missed = self._cycles = 0
         for tpdo in self.tpdos:
             tpdo.restart()
 
@@ -99,6 +99,7 @@ class Cyclic:
 
     def _validate(self, advance: int, now: int) -> None:
         data, self.rpdo.buffer = self.rpdo.buffer, None
+        self._cycles += advance
         if data is not None and advance == 1:
             self._missed = 0
             self._apply(data, now)
@@ -113,7 +114,8 @@ class Cyclic:
             self._emergencies.heal(now, ErrorCode.RPDO_TIMEOUT, ErrorCode.PDO_LENGTH)
         self.rpdo.apply(data, now)
         self._profile.control(now)
-        self._profile.follow(now)
+        self._profile.follow(now, max(1, self._cycles))
+        self._cycles = 0
 
     def on_rpdo(self, data: bytes, now: int) -> None:
         """A target: kept for the next SYNC, unless it comes after the window for this one."""

@@ -30,8 +30,12 @@ class Demand:
     def _forget_targets(self) -> None:
         self._target, self._reach, self._cruise = 0.0, NEVER, 0.0
 
-    def follow(self, target: float, now: int, period_ns: int, hold: bool) -> None:
-        """Goes on from where it is so as to reach `target` one period from now, and holds it or passes through."""
+    def follow(self, target: float, now: int, period_ns: int, hold: bool, cycles: int | None = None) -> None:
+        """Goes on from where it is so as to reach `target` one period from now, and holds it or passes through.
+
+        `cycles` is how many SYNCs were counted since the last target, however late any of them came; where None, as
+        many as there was time for.
+        """
         self._position = self.at(now)
         self.since = now
         self.until = now + period_ns if hold else NEVER
@@ -41,7 +45,7 @@ class Demand:
         if self._reach == NEVER:
             self._cruise = self.velocity
         else:
-            cycles = max(1, round((reach - self._reach) / period_ns))  # whole ones: a SYNC's jitter is no velocity
+            cycles = cycles or max(1, round((reach - self._reach) / period_ns))
             self._cruise = (target - self._target) * 1e9 / (cycles * period_ns)
         self._target, self._reach = target, reach
 
@@ -86,9 +90,11 @@ class Demand:
             return self._cruise
         return self.velocity + self._acceleration * (now - self.since) * 1e-9
 
-    def overdue_ns(self, now: int) -> int:
-        """For how long it has gone on from the last target without another one."""
-        return max(0, now - self._reach) if self._reach != NEVER else 0
+    def next_target(self, now: int, period_ns: int, cycles: int | None) -> float:
+        """The target that would go on as the last ones did, `cycles` SYNCs after them."""
+        if self._reach == NEVER or cycles is None:
+            return self.at(now + period_ns)
+        return self._target + self._cruise * cycles * period_ns * 1e-9
 
     def linear_until(self, start: int, end: int) -> int:
         """The last instant up to `end` before which the demand is linear from `start` on, or nearly."""

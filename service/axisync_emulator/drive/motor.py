@@ -77,11 +77,11 @@ class Motor:
         self.demand.rest(self._model.position, now)
         self._braking.rest(self._model.position, now)
 
-    def follow(self, target: float, now: int, period_ns: int, hold: bool) -> None:
+    def follow(self, target: float, now: int, period_ns: int, hold: bool, cycles: int | None = None) -> None:
         """Sets the demand on its way to `target`, see `Demand.follow`."""
         if now > self._time:
             self.advance(now)
-        self.demand.follow(target, now, period_ns, hold)
+        self.demand.follow(target, now, period_ns, hold, cycles)
 
     def cruise(self, now: int, velocity: float, acceleration: float) -> None:
         """Lets the demand go to this velocity and keep it."""

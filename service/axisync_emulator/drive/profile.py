@@ -258,11 +258,11 @@ class Profile:
         self.mode = Mode(mode)
         self._settled = -1
 
-    def follow(self, now: int) -> None:
-        """Sets out for the target, where the mode has one."""
+    def follow(self, now: int, cycles: int | None = None) -> None:
+        """Sets out for the target, where the mode has one, `cycles` SYNCs after the last; None: it came without one."""
         if self.mode is not Mode.CYCLIC_SYNCHRONOUS_POSITION or not self.enabled or self._halt(now):
             return
-        if not self.csp.follow(now):
+        if not self.csp.follow(now, cycles):
             self._on_fault(ErrorCode.IMPLAUSIBLE_TARGET, now)
 
     def _halt(self, now: int) -> bool:

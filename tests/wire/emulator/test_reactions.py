@@ -362,3 +362,17 @@ def test_history_keeps_the_newest_eight(enabled):
     assert bench.write(0x1003, 0, 5, 1) == 0x06090030
     assert bench.write(0x1003, 0, 0, 1) == 0
     assert bench.read(0x1003, 0) == 0
+
+
+def test_a_sync_that_comes_late_and_a_skipped_one_after_it_are_no_other_velocity(enabled):
+    """As after a pause of the controller between its clock and its SYNC, at the highest speed."""
+    bench, at = enabled
+    step = int(0.95 * 30 / 360 * 2**20 * 0.002)
+    last = moving(bench, at, step=step)
+    bench.run(23 * MS // 10)
+    bench.cycle(0x0F, last + step)
+    bench.run(-bench.now % MS)
+    for k in range(3, 40):
+        bench.cycle(0x0F, last + step * k, skip=1 if k == 3 else 0)
+    assert bench.state() == 0x27
+    assert velocity(bench) == pytest.approx(500.0 * step, rel=0.01)
