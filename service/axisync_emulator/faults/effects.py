@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from axisync_emulator.drive.emergency import SELF_HEALING
 from axisync_emulator.drive.health import Quantity
 from axisync_emulator.drive.inputs import Input
 from axisync_emulator.drive.node import Drive
@@ -149,7 +150,7 @@ def _emergency(node: Node, fault: model.Emergency) -> Effect:
             drive.fault(fault.code, now)
 
     def end(now: int) -> None:
-        if fault.warning:
+        if fault.warning or fault.code in SELF_HEALING:  # its cause has gone
             drive.emergencies.heal(now, fault.code)
 
     return Pair(begin, end)

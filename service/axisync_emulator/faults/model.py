@@ -173,7 +173,10 @@ class WrongIdentity(InNode):
 
 
 class Emergency(InNode):
-    """It reports this error, and reacts to it as to a fault unless it is only a warning."""
+    """It reports this error, and reacts to it as to a fault unless it is only a warning.
+
+    Errors that go with their cause (over-temperature, a lost heartbeat) last until this ends; others until a reset.
+    """
 
     kind: Literal["emergency"]
     code: int = Field(ge=1, le=0xFFFF)

@@ -319,6 +319,17 @@ def test_emergency_of_any_code_is_a_fault_until_reset(enabled, code: int, regist
     assert bench.state() == (0x08 if code == 0x3210 else 0x40)  # an over-voltage stays as long as its cause
 
 
+def test_an_emergency_with_a_cause_can_be_reset_when_that_has_gone(enabled):
+    bench, at = enabled
+    number = bench.inject("emergency", code=0x4310)
+    moving(bench, at, 2)
+    bench.injector.cancel(number)
+    assert bench.read(0x1001) == 0
+    for controlword in (0x00, 0x80, 0x00):
+        bench.cycle(controlword, at)
+    assert bench.state() == 0x40
+
+
 def test_emergency_as_a_warning(enabled):
     bench, at = enabled
     bench.inject("emergency", code=0x4210, warning=True, syncs=5)
