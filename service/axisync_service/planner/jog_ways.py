@@ -74,13 +74,13 @@ class Pace:
 class Way:
     """Samples q [k, n] (rad) at times [k] (s); `end` is None where it ends only since one plan goes no farther.
 
-    `leg_to` makes the leg that ends, at rest, at a time of the way.
+    `leg_to` makes the leg that ends, at rest, at a time of the way, at a pace.
     """
 
     times: Array
     q: Array
     pace: Pace
-    leg_to: Callable[[float], Leg]
+    leg_to: Callable[[float, Pace], Leg]
     end: End | None = None
 
     @property
@@ -102,7 +102,7 @@ class Way:
 
     def leg(self) -> Leg:
         """The whole of it."""
-        return self.leg_to(self.duration)
+        return self.leg_to(self.duration, self.pace)
 
 
 # --- joint space ------------------------------------------------------------------------------------------------
@@ -127,7 +127,7 @@ def joint_way(models: Models, group: str, velocity: Array, start: Array) -> Way:
     q = start + velocity * times[:, np.newaxis]
     pace = _joint_pace(models, group, velocity, q, times)
 
-    def leg_to(time: float) -> Leg:
+    def leg_to(time: float, pace: Pace) -> Leg:
         target = start + velocity * time
         if blocked and time == duration:
             target[first] = bound[first]
@@ -205,10 +205,12 @@ def tool_way(models: Models, group: str, jog: Jog, start: Array) -> Way:
     followed = _followed(member, frame, tool, twist, times, start)
     count = len(followed.angles)
     end = _end_of(member, followed.ended) if followed.ended is not None else None
-    rough = Way(times[:count], followed.angles, Pace(1.0, 1.0, 1.0), _no_leg, end)
-    way, share, by = _slowed(member, rough)
-    pace = _tool_pace(member, twist, way, share, by)
-    return replace(way, pace=pace, leg_to=lambda time: _tool_leg(models, group, space, twist, time, start, pace))
+
+    def leg_to(time: float, pace: Pace) -> Leg:
+        return _tool_leg(models, group, space, twist, time, start, pace)
+
+    way, share, by = _slowed(member, Way(times[:count], followed.angles, Pace(1.0, 1.0, 1.0), leg_to, end))
+    return replace(way, pace=_tool_pace(member, twist, way, share, by))
 
 
 def _times(twist: Array) -> Array:
@@ -316,7 +318,3 @@ def _tool_leg(
     pose = ToolPose(position=(x, y, z), quaternion=(qx, qy, qz, qw) if twist[3:].any() else None)
     move = LinearMove(target=pose, relative=True, frame=space, linear_limits=lengths, angular_limits=angles)
     return cartesian_leg(models, group, move, start, 1.0)
-
-
-def _no_leg(time: float) -> Leg:
-    raise NotImplementedError

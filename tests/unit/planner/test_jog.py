@@ -17,13 +17,17 @@ from support.planner_jobs import (
     FREE,
     MODELS,
     P1,
+    PAPER,
     REST,
     WUKONG,
     Array,
+    at,
     degrees,
     dense,
     jumps,
+    linear,
     plan_of,
+    planned,
     tool_of,
     trajectory_of,
     usage,
@@ -33,6 +37,16 @@ SOFT = np.array([axis.soft_limits for axis in CELL.axes[:6]])
 SINGULAR = degrees(0, 0, 0, 0, 0, 0)
 ACROSS, OVER = degrees(75, -10, 20, -55, 145, -35), degrees(-115, 40, -35, 65, 45, -20)
 """KingKong reaching over the body to the other side, and WuKong doing the same."""
+POINT = (-0.3484, 0.23)
+IN_THE_BOX: dict[str, Any] = {
+    "kind": "sequence",
+    "steps": [
+        {"kind": "joint", "target": degrees(-133, -116, -89, -123, 52, -21)},
+        {"kind": "joint", "target": at((*POINT, 0.3), quaternion=(0.0, 1.0, 0.0, 0.0)), "frame": "body"},
+        linear((*POINT, 0.06), frame="body", contacts=[["kingkong.6", "equipment"]]),
+    ],
+}
+"""Lowered as by the tool change, only deeper."""
 
 
 def jog(
@@ -196,6 +210,16 @@ def test_nearer_than_the_margin_only_away() -> None:
     refusal = refused("joint", [0, 0, 0.2, 0, 0, 0], MODELS, start)
     assert refusal.code is ErrorCode.COLLISION
     assert end_of(jog("joint", [0, 0, -0.2, 0, 0, 0], MODELS, start))[2] < start[2] - 0.1
+
+
+def test_a_tool_in_a_declared_contact_is_jogged_out_of_it() -> None:
+    start = tuple(end_of(planned(IN_THE_BOX, MODELS, start=PAPER)).tolist())
+    touching = MODELS.collision.clearance((*start, *WUKONG))
+    assert touching is not None
+    assert touching.distance < 0.0
+    up = jog("body", [0.0, 0.0, 0.05], MODELS, start)
+    tool = FREE.members("kingkong")[0].kinematics()
+    assert tool.placement(end_of(up))[2, 3] > tool.placement(np.array(start))[2, 3] + 0.1
 
 
 def test_the_other_arm_ends_a_jog_where_it_stands_and_where_it_moves() -> None:
