@@ -23,11 +23,11 @@ TIMEOUT_S = 600
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Everything here is a system test, and needs the browser."""
+    """Everything here needs the browser."""
     missing = pytest.mark.skip(reason=f"there is no {CHROMIUM} (Debian: apt install chromium)")
     for item in items:
         if Path(__file__).parent in item.path.parents:
-            item.add_marker(pytest.mark.system)
+            item.add_marker(pytest.mark.web)
             item.add_marker(pytest.mark.timeout(TIMEOUT_S))
             if not CHROMIUM.exists():
                 item.add_marker(missing)
