@@ -82,6 +82,18 @@ class Extras:
     candump: Path | None = None
     control: Path | None = None
 
+    def make(self) -> None:
+        """The directories.
+
+        Raises:
+            EmulatorFailed: one cannot be made.
+        """
+        for directory in filter(None, (self.candump, self.control)):
+            try:
+                directory.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise EmulatorFailed(f"the directory {directory} cannot be made: {error.strerror}") from None
+
     def options(self, bus: str) -> list[str]:
         """For the emulator of one bus."""
         return [
@@ -100,8 +112,9 @@ class Emulators:
         """Starts them and waits until their buses are there.
 
         Raises:
-            EmulatorFailed: one ended, or said nothing.
+            EmulatorFailed: one ended, or said nothing; or a directory of `extras` cannot be made.
         """
+        extras.make()
         for bus in cell.buses:
             command = [sys.executable, "-m", "axisync_emulator.main", str(cell_file), "--bus", bus.name]
             command += ["--die-with-parent", *(("--simcan", simcan) if simcan else ())]

@@ -10,7 +10,16 @@ from axisync_schemas.cell import Cell, parse_cell
 from axisync_schemas.cell_text import with_files
 from axisync_schemas.memory import Control, Word, region_sizes
 from axisync_schemas.programs import read_program
-from axisync_service.demo import PATIENT, Program, ReviewOfRun, next_steps, patient, program_for
+from axisync_service.demo import (
+    PATIENT,
+    EmulatorFailed,
+    Extras,
+    Program,
+    ReviewOfRun,
+    next_steps,
+    patient,
+    program_for,
+)
 from axisync_service.planner.models import Models
 from support.arms import URDF, urdf_cell_text
 from support.planner_jobs import CELL, MODELS, REST, TEXT, planned
@@ -97,3 +106,14 @@ def test_the_log_is_reviewed_once_its_ticks_are_written(tmp_path: Path) -> None:
     assert last() is None
     control[Word.CONTROLLER_TICK], control[Word.RECORDER_CURSOR] = 900, 501
     assert last() == ("review", str(new))
+
+
+def test_directories_of_emulators_are_made_or_refused(tmp_path: Path) -> None:
+    extras = Extras(candump=tmp_path / "frames" / "today", control=tmp_path / "control")
+    extras.make()
+    extras.make()
+    assert [path.is_dir() for path in (tmp_path / "frames" / "today", tmp_path / "control")] == [True, True]
+    taken = tmp_path / "taken"
+    taken.touch()
+    with pytest.raises(EmulatorFailed, match=rf"the directory {taken}/control cannot be made: Not a directory"):
+        Extras(control=taken / "control").make()
