@@ -70,6 +70,9 @@ class GroupWord(IntEnum):
     LEASE_EPOCH = 2  # actioner: grows whenever the group changes hands
 
 
+_WORDS, _GROUP_WORDS = len(Word), len(GroupWord)
+
+
 class Control:
     """The words through which the processes see each other; every one has a single writer."""
 
@@ -80,7 +83,7 @@ class Control:
     @staticmethod
     def size(groups: int) -> int:
         """Bytes needed."""
-        return 8 * (len(Word) + groups * len(GroupWord))
+        return 8 * (_WORDS + groups * _GROUP_WORDS)
 
     def __getitem__(self, word: Word) -> int:
         return self._words[word]
@@ -90,11 +93,11 @@ class Control:
 
     def group(self, group: int, word: GroupWord) -> int:
         """A word of elementary group `group`."""
-        return self._words[len(Word) + group * len(GroupWord) + word]
+        return self._words[_WORDS + group * _GROUP_WORDS + word]
 
     def set_group(self, group: int, word: GroupWord, value: int) -> None:
         """Stores a word of elementary group `group`."""
-        self._words[len(Word) + group * len(GroupWord) + word] = value
+        self._words[_WORDS + group * _GROUP_WORDS + word] = value
 
     def close(self) -> None:
         """Lets the mapping be closed."""
