@@ -18,6 +18,7 @@ from axisync_schemas.internal import (
 from axisync_schemas.memory import Mailbox
 from axisync_schemas.replies import Event
 from axisync_schemas.tick_ring import TickRing
+from axisync_schemas.ticks import SIGNIFICAND_BITS, shorten
 from axisync_schemas.topics import LOG_EVENTS
 from axisync_service.bus.port import BusPort
 from axisync_service.canopen.emcy import describe
@@ -162,6 +163,8 @@ class TickWriter:
         field["velocity"][:] = setpoints.velocity
         field["acceleration"][:] = setpoints.acceleration
         field["jerk"][:] = setpoints.jerk
+        for name, bits in SIGNIFICAND_BITS.items():
+            shorten(field[name], bits)
         field["target_counts"][:] = setpoints.counts
         field["position_actual"][:] = core.watch.actual_position
         field["statusword"][:] = core.watch.statuswords
