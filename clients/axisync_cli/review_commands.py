@@ -66,7 +66,7 @@ def review(context: typer.Context, files: Files, html: Html = None, as_json: Jso
 
 
 def why(context: typer.Context, files: Files, as_json: Json = False) -> None:
-    """Tell for each stop, fault or refusal what led to it."""
+    """Tell for each stop, fault, refusal or gap what led to it."""
     terminal = _ready(context, as_json)
     from axisync_review import findings
     from axisync_review import why as reasons
@@ -77,7 +77,7 @@ def why(context: typer.Context, files: Files, as_json: Json = False) -> None:
     for incident in incidents:
         terminal.show("\n".join(reasons.lines(incident)))
     if not incidents:
-        terminal.show("nothing was stopped and nothing refused")
+        terminal.show("nothing was stopped, nothing was refused, no tick is missing")
 
 
 def replay(context: typer.Context, files: Files, replan: Replan = False, as_json: Json = False) -> None:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 INTERVAL_NS = 1_000_000_000
+LOST = "that the ring held no longer when the recorder came; it needs processor time, and a disk that keeps up"
 NAMED = 16
 """Gaps whose ticks a report names; the rest are counted."""
 
@@ -45,12 +46,8 @@ class GapReport:
             return None
         lost = sum(gap.ticks for gap in self.gaps if gap.lost)
         never = sum(gap.ticks for gap in self.gaps if not gap.lost)
-        details: dict[str, object] = {
-            "lost": lost,
-            "never_written": never,
-            "ranges": [[gap.first, gap.last] for gap in self.gaps],
-            "more": self._more,
-        }
+        ranges, more = [[gap.first, gap.last] for gap in self.gaps], self._more
+        details: dict[str, object] = {"lost": lost, "never_written": never, "ranges": ranges, "more": more}
         self.gaps, self._more, self._last_ns = [], 0, now_ns
-        parts = [f"{lost} that the ring held no longer"] * (lost > 0) + [f"{never} never written"] * (never > 0)
-        return f"ticks are missing from the log: {', '.join(parts)}", details
+        parts = [f"{lost} {LOST}"] * (lost > 0) + [f"{never} never written by the controller"] * (never > 0)
+        return f"{lost + never + more} ticks are missing from the log: {', '.join(parts)}", details
