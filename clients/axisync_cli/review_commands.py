@@ -72,12 +72,14 @@ def why(context: typer.Context, files: Files, as_json: Json = False) -> None:
     from axisync_review import why as reasons
 
     with _progress(terminal, "reading") as report:
-        incidents = reasons.why(findings.gather(files, progress=report))
+        found = findings.gather(files, progress=report)
+    incidents = reasons.why(found)
     _list(terminal, incidents)
     for incident in incidents:
         terminal.show("\n".join(reasons.lines(incident)))
     if not incidents:
-        terminal.show("nothing was stopped, nothing was refused, no tick is missing")
+        missing = "no tick is missing" if found.run.ticks else "but the log has no tick"
+        terminal.show(f"nothing was stopped, nothing was refused, {missing}")
 
 
 def replay(context: typer.Context, files: Files, replan: Replan = False, as_json: Json = False) -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from axisync_review.chunks import MESSAGE_HEAD, DamagedChunk, Other, Run, unpack, walk
 from axisync_review.container import Container, Damage, Frame, body_stream
-from axisync_review.errors import LogUnreadable
+from axisync_review.errors import LogUnreadable, foreign
 from axisync_schemas.cell import Cell, CellError, parse_cell
 from axisync_schemas.ticks import TickLayout, file_descriptor_set
 from axisync_schemas.topics import LOG_SETPOINTS
@@ -160,8 +160,7 @@ class LogFile:
 
     def _header(self, header: Header) -> None:
         if header.profile != PROFILE:
-            profile = f"profile {header.profile!r}" if header.profile else "no profile"
-            raise LogUnreadable(f"{self.path} is an MCAP file of another program ({profile}, {header.library[:60]!r})")
+            raise foreign(self.path, header.profile)
 
     def _chunk(self, frame: Frame, ticks: bool) -> Iterator[Rows | Message]:
         heading = self.head()

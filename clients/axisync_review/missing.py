@@ -41,9 +41,9 @@ class Missing:
     @property
     def text(self) -> str:
         """The whole sentence."""
-        one = self.ticks == 1
-        count = f"tick {self.first} is missing" if one else f"{self.ticks} ticks are missing, {self.first} to {self.last}"
-        return f"{count}: {self.why}"
+        if self.ticks == 1:
+            return f"tick {self.first} is missing: {self.why}"
+        return f"{self.ticks} ticks are missing, {self.first} to {self.last}: {self.why}"
 
 
 def missing(found: Findings) -> list[Missing]:

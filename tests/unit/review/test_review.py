@@ -136,7 +136,7 @@ def test_ticks_that_a_starved_recorder_lost(make: Maker, run: Run, kept: slice) 
     log = make.write(edit=lambda ticks: np.delete(ticks, slice(100, 300))[kept], more=[("/events", 330, lost)])
     found = review(log)
     assert (found.missing_ticks, found.problems[0].kind, found.problems[0].tick) == (200, "gap", 101)
-    assert found.verdict.startswith("NOT GOOD: 200 ticks are missing, 101 to 300: the recorder came later than the 10 s")
+    assert found.verdict.startswith("NOT GOOD: 200 ticks are missing, 101 to 300: the recorder came later than the 10")
     assert "give it processor time, and a disk that keeps up" in found.verdict
     told = run("why", log).out
     assert "200 ticks are missing, 101 to 300: the recorder came later" in told
