@@ -240,7 +240,7 @@ def _notes(found: Findings) -> Iterator[str]:
     lateness = found.lateness
     if lateness.skipped:
         most = f"at most {lateness.skipped_in_a_row} in a row, {lateness.skipped_commanded} while drives were enabled"
-        yield f"{lateness.skipped} ticks were skipped, {most} ({found.run.cell.missed_ticks_max} are tolerated)"
+        yield f"{lateness.skipped:,} ticks were skipped, {most} ({found.run.cell.missed_ticks_max} are tolerated)"
     if found.run.sessions > 1:
         yield f"the controller was started {found.run.sessions} times"
     if found.run.duplicates:

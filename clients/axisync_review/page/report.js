@@ -326,7 +326,7 @@ function drawStates(panel) {
       pen.fillStyle = css(STATE_COLOURS[name] || "--line");
       pen.fillRect(from, top, Math.max(0.7, to - from), 15);
       if (to - from > 70) {
-        pen.fillStyle = name === "disabled" || name === "standstill" ? css("--soft") : "#fff";
+        pen.fillStyle = name === "disabled" || name === "standstill" ? css("--soft") : css("--on");
         pen.textAlign = "left"; pen.textBaseline = "middle"; pen.fillText(name, from + 7, top + 8);
       }
       begin = i;
