@@ -21,11 +21,14 @@ from axisync_review.container import Container, Damage, Frame, body_stream
 from axisync_review.errors import LogUnreadable, foreign
 from axisync_schemas.cell import Cell, CellError, parse_cell
 from axisync_schemas.ticks import TickLayout, file_descriptor_set
-from axisync_schemas.topics import LOG_SETPOINTS
+from axisync_schemas.topics import LOG_JOINT_STATES, LOG_SETPOINTS
 
 PROFILE = "axisync"
 MALFORMED = (McapError, struct.error, UnicodeDecodeError, DecodeError, EOFError, ValueError)
 """What reading a record's body raises where it is not what its opcode says."""
+
+DERIVED = frozenset({LOG_JOINT_STATES})
+"""Topics that say again what the ticks say; they are left out."""
 
 Rows = NDArray[np.void]
 """Messages of `/setpoints` as they lie in a chunk: fields `log_time` (wall, ns) and `record` (`TickLayout.dtype`)."""
@@ -172,6 +175,8 @@ class LogFile:
             channel = self._channels.get(part.channel)
             if channel is None:
                 raise DamagedChunk(f"messages of channel {part.channel}, which is not declared")
+            if channel.topic in DERIVED:
+                continue
             if channel.topic != LOG_SETPOINTS:
                 yield from _messages(channel.topic, data, part)
             elif ticks:
