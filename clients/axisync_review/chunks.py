@@ -17,6 +17,7 @@ from axisync_review.container import HEAD
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")
 """Opcode, length, channel, sequence, log time, publish time."""
 MESSAGE_OVERHEAD = MESSAGE_HEAD.size - HEAD.size
+_MESSAGE = int(Opcode.MESSAGE)
 _CONSTANT = 11
 """Bytes at the beginning of a message that all of one channel and size share: opcode, length, channel."""
 _CHUNK = struct.Struct("<QQQI")
@@ -97,9 +98,9 @@ def walk(data: bytes) -> Iterator[Run | Other]:
             raise DamagedChunk("a chunk that ends within a record")
         opcode, length = HEAD.unpack_from(data, at)
         end = at + HEAD.size + length
-        if end > len(data) or (opcode == Opcode.MESSAGE and length < MESSAGE_OVERHEAD):
+        if end > len(data) or (opcode == _MESSAGE and length < MESSAGE_OVERHEAD):
             raise DamagedChunk("a chunk that ends within a record")
-        if opcode == Opcode.MESSAGE:
+        if opcode == _MESSAGE:
             count = _alike(data, at, end - at)
             (channel,) = struct.unpack_from("<H", data, at + HEAD.size)
             yield Run(at, count, end - at, channel)
