@@ -139,8 +139,8 @@ class Player:
         for plan_id in list(self._playing):
             self._play(piece, plan_id, should)
         self._leave_out(piece, should)
-        for name, bits in SIGNIFICAND_BITS.items():
-            shorten(should.values[name], bits)
+        for name in SIGNIFICAND_BITS:
+            shorten(should.values[name], name)
         return self._first(piece, should)
 
     # --- what should be -----------------------------------------------------------------------------------------

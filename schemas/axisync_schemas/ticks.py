@@ -37,8 +37,9 @@ _FIXED: dict[int, tuple[str, int]] = {
 }
 """numpy type and wire type of each protobuf type of fixed width."""
 
-_KEPT = {bits: np.uint64(2**64 - 2 ** (52 - bits)) for bits in SIGNIFICAND_BITS.values()}
-"""Masks: sign, exponent, and so many bits of the significand."""
+KEPT = {name: np.uint64(2**64 - 2 ** (52 - bits)) for name, bits in SIGNIFICAND_BITS.items()}
+"""Masks for them: sign, exponent, and so many bits of the significand. What is cut is cut towards zero, so that a value
+within a limit stays so."""
 
 _TICK = ticks_pb2.SetpointTick.DESCRIPTOR
 _FIELDS: tuple[FieldDescriptor, ...] = tuple(
@@ -75,16 +76,16 @@ def _columns(field: FieldDescriptor, n_axes: int, n_groups: int) -> tuple[bytes,
     return _tag(field.number, _LENGTH_DELIMITED) + length, code, (count,)
 
 
-def shorten(values: NDArray[np.float64], bits: int) -> None:
-    """Clears all but the first `bits` of the significands, in place: towards zero, so that a limit stays one."""
-    view = values.view(np.uint64)
-    np.bitwise_and(view, _KEPT[bits], out=view)
+def shorten(values: NDArray[np.float64], name: str) -> None:
+    """Cuts values of a derivative, in place, as records have them."""
+    bits = values.view(np.uint64)
+    np.bitwise_and(bits, KEPT[name], out=bits)
 
 
 def shorten_rates(records: Records) -> None:
-    """Does that to the derivatives of records of any shape, as `SIGNIFICAND_BITS` has it."""
-    for name, bits in SIGNIFICAND_BITS.items():
-        shorten(records[name], bits)
+    """Cuts the derivatives of records of any shape."""
+    for name in SIGNIFICAND_BITS:
+        shorten(records[name], name)
 
 
 class TickLayout:
