@@ -66,18 +66,20 @@ def review(context: typer.Context, files: Files, html: Html = None, as_json: Jso
 
 
 def why(context: typer.Context, files: Files, as_json: Json = False) -> None:
-    """Tell for each stop, fault or refusal what led to it."""
+    """Tell for each stop, fault, refusal or gap what led to it."""
     terminal = _ready(context, as_json)
     from axisync_review import findings
     from axisync_review import why as reasons
 
     with _progress(terminal, "reading") as report:
-        incidents = reasons.why(findings.gather(files, progress=report))
+        found = findings.gather(files, progress=report)
+    incidents = reasons.why(found)
     _list(terminal, incidents)
     for incident in incidents:
         terminal.show("\n".join(reasons.lines(incident)))
     if not incidents:
-        terminal.show("nothing was stopped and nothing refused")
+        missing = "no tick is missing" if found.run.ticks else "but the log has no tick"
+        terminal.show(f"nothing was stopped, nothing was refused, {missing}")
 
 
 def replay(context: typer.Context, files: Files, replan: Replan = False, as_json: Json = False) -> None:

@@ -1,6 +1,6 @@
 """Chunks of a log: unpacked, checked, and taken apart without touching each message.
 
-Messages of `/setpoints` have one size, so that a run of them is found by comparing the rows of an array.
+Messages of `/setpoints` have one size, so that a run of them is found by the heads alone, and read as one array.
 """
 
 import struct
@@ -9,16 +9,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import lz4.frame
-import numpy as np
 import zstandard
 from mcap.opcode import Opcode
-from numpy.typing import NDArray
 
 from axisync_review.container import HEAD
 
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")
 """Opcode, length, channel, sequence, log time, publish time."""
 MESSAGE_OVERHEAD = MESSAGE_HEAD.size - HEAD.size
+_MESSAGE = int(Opcode.MESSAGE)
 _CONSTANT = 11
 """Bytes at the beginning of a message that all of one channel and size share: opcode, length, channel."""
 _CHUNK = struct.Struct("<QQQI")
@@ -93,17 +92,16 @@ def walk(data: bytes) -> Iterator[Run | Other]:
     Raises:
         DamagedChunk: a record that reaches beyond the chunk.
     """
-    octets = np.frombuffer(data, dtype=np.uint8)
     at = 0
     while at < len(data):
         if at + HEAD.size > len(data):
             raise DamagedChunk("a chunk that ends within a record")
         opcode, length = HEAD.unpack_from(data, at)
         end = at + HEAD.size + length
-        if end > len(data) or (opcode == Opcode.MESSAGE and length < MESSAGE_OVERHEAD):
+        if end > len(data) or (opcode == _MESSAGE and length < MESSAGE_OVERHEAD):
             raise DamagedChunk("a chunk that ends within a record")
-        if opcode == Opcode.MESSAGE:
-            count = _alike(octets, at, end - at)
+        if opcode == _MESSAGE:
+            count = _alike(data, at, end - at)
             (channel,) = struct.unpack_from("<H", data, at + HEAD.size)
             yield Run(at, count, end - at, channel)
             at += count * (end - at)
@@ -112,11 +110,9 @@ def walk(data: bytes) -> Iterator[Run | Other]:
             at = end
 
 
-def _alike(octets: NDArray[np.uint8], begin: int, stride: int) -> int:
+def _alike(data: bytes, begin: int, stride: int) -> int:
     """How many messages from `begin` on have the head of the first."""
-    most = (len(octets) - begin) // stride
-    if most == 1:
-        return 1
-    heads = octets[begin : begin + most * stride].reshape(most, stride)[:, :_CONSTANT]
-    same: NDArray[np.bool_] = (heads == heads[0]).all(axis=1)
-    return most if same.all() else int(same.argmin())
+    head, at, last = data[begin : begin + _CONSTANT], begin + stride, len(data) - stride
+    while at <= last and data.startswith(head, at):
+        at += stride
+    return (at - begin) // stride

@@ -12,7 +12,7 @@ from typing import BinaryIO, Self
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 
-from axisync_review.errors import LogUnreadable
+from axisync_review.errors import GIVE_A_LOG, LogUnreadable
 
 MAGIC = b"\x89MCAP0\r\n"
 HEAD = struct.Struct("<BQ")
@@ -66,7 +66,7 @@ class Container:
             raise LogUnreadable(f"{path} cannot be read: {error.strerror or error}") from None
         if magic != MAGIC:
             self._stream.close()
-            raise LogUnreadable(f"{path} is empty" if not magic else f"{path} is not an MCAP file")
+            raise LogUnreadable(f"{path} is empty" if not magic else f"{path} is not an MCAP file", GIVE_A_LOG)
 
     def __enter__(self) -> Self:
         return self

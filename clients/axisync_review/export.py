@@ -61,23 +61,28 @@ def export(
     sink: Callable[[Path], AbstractContextManager[Sink]],
     progress: Progress | None = None,
 ) -> int:
-    """Writes all ticks to `out`; how many.
+    """Writes all ticks to `out`, which appears under its name when it is whole; how many.
 
     Raises:
         LogUnreadable: see `Run`.
         NotWritten: `out` exists or cannot be written.
     """
-    run, begin_ns = Run(paths, progress), None
+    run, begin_ns, part_of = Run(paths, progress), None, out.with_name(out.name + ".part")
+    if out.exists():
+        raise NotWritten(f"{out} exists already", "name another file with -o")
     try:
-        with sink(out) as table:
+        with sink(part_of) as table:
             for part in run.parts():
                 if isinstance(part, Piece):
                     begin_ns = int(part.fresh("log_time")[0]) if begin_ns is None else begin_ns
                     table.write(columns(run.cell, part, begin_ns))
-    except FileExistsError:
-        raise NotWritten(f"{out} exists already", "name another file") from None
+        part_of.rename(out)
     except OSError as error:
+        part_of.unlink(missing_ok=True)
         raise NotWritten(f"{out} cannot be written: {error.strerror or error}") from None
+    except BaseException:
+        part_of.unlink(missing_ok=True)
+        raise
     return run.ticks
 
 

@@ -31,6 +31,7 @@ class Findings:
     series: Series | None
     begin_ns: int = 0
     end_ns: int = 0
+    first_tick: int = 0
 
     def t_s(self, log_time_ns: int) -> float:
         """Seconds since the first tick."""
@@ -68,7 +69,7 @@ def _nothing(run: Run, story: Story, curves: bool) -> Findings:
 def _take(piece: Piece, found: Findings) -> None:
     times = piece.fresh("log_time")
     if not found.begin_ns:
-        found.begin_ns = int(times[0])
+        found.begin_ns, found.first_tick = int(times[0]), int(piece.fresh("tick")[0])
     found.end_ns = int(times[-1])
     found.limits.take(piece)
     found.lateness.take(piece)

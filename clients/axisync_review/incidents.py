@@ -19,7 +19,7 @@ CAUSES = (
     EventKind.DRIVE_FAULT, EventKind.DRIVE_LOST, EventKind.EMERGENCY, EventKind.LEASE_LAPSED, EventKind.LEASE_TAKEN,
     EventKind.LEASE_RELEASED, EventKind.FRONT_LOST, EventKind.PROCESS_DIED, EventKind.TICKS_SKIPPED,
     EventKind.TICKS_OVERRUN, EventKind.CYCLE_FAILED, EventKind.BUS_FAILED, EventKind.SERVICE_STOPPING,
-    EventKind.RECORDER_LOST,
+    EventKind.RECORDER_FAILING,
 )  # fmt: skip
 """Kinds of events that explain a stop."""
 LEASE_WORDS = "lease"

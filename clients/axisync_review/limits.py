@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from axisync_review.pieces import CARRY, Piece
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState
+from axisync_schemas.ticks import SIGNIFICAND_BITS
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -24,6 +25,8 @@ AT_REST = (GroupState.STANDSTILL, GroupState.HELD)
 EPSILON = float(np.finfo(np.float64).eps)
 ROUNDING = 4.0
 """Errors of a position in units of eps |q|: Horner's rule, and the path parameter as a sum of periods."""
+CUT = np.array([2.0 ** -SIGNIFICAND_BITS[name] for name in QUANTITIES])
+"""Error of a logged derivative, in units of itself."""
 _WIDE = 64
 LOGGED = 1.0 + 1e-6
 """Allowance for derivatives while the rate changes: the path clock keeps limits where it expects a tick to end."""
@@ -189,6 +192,8 @@ class LimitUse:
             if row < 2:
                 share = BETWEEN * (self._period**2 / 12 if row == 0 else self._period / 4)
                 rounding = 2 * ROUNDING * EPSILON * np.maximum(peaks(np.abs(below)), 1.0) / self._period
+                rounding += CUT[row] * self.stop_limits[row]
+                rounding += CUT[row - 1] * self.stop_limits[row - 1] / self._period if row else 0.0
                 away = np.abs(np.diff(below, axis=0) / self._period - (rates[1:] + rates[:-1]) / 2)
                 away *= both
                 slack = self.limits[2] * share + rounding, self.stop_limits[2] * share + rounding

@@ -18,14 +18,17 @@ from numpy.typing import NDArray
 
 from axisync_review.chunks import MESSAGE_HEAD, DamagedChunk, Other, Run, unpack, walk
 from axisync_review.container import Container, Damage, Frame, body_stream
-from axisync_review.errors import LogUnreadable
+from axisync_review.errors import LogUnreadable, foreign
 from axisync_schemas.cell import Cell, CellError, parse_cell
 from axisync_schemas.ticks import TickLayout, file_descriptor_set
-from axisync_schemas.topics import LOG_SETPOINTS
+from axisync_schemas.topics import LOG_JOINT_STATES, LOG_SETPOINTS
 
 PROFILE = "axisync"
 MALFORMED = (McapError, struct.error, UnicodeDecodeError, DecodeError, EOFError, ValueError)
 """What reading a record's body raises where it is not what its opcode says."""
+
+DERIVED = frozenset({LOG_JOINT_STATES})
+"""Topics that say again what the ticks say; they are left out."""
 
 Rows = NDArray[np.void]
 """Messages of `/setpoints` as they lie in a chunk: fields `log_time` (wall, ns) and `record` (`TickLayout.dtype`)."""
@@ -160,12 +163,12 @@ class LogFile:
 
     def _header(self, header: Header) -> None:
         if header.profile != PROFILE:
-            profile = f"profile {header.profile!r}" if header.profile else "no profile"
-            raise LogUnreadable(f"{self.path} is an MCAP file of another program ({profile}, {header.library[:60]!r})")
+            raise foreign(self.path, header.profile)
 
     def _chunk(self, frame: Frame, ticks: bool) -> Iterator[Rows | Message]:
         heading = self.head()
         data = unpack(frame.body)
+        runs: list[bytes] = []
         for part in walk(data):
             if isinstance(part, Other):
                 self._declare(part.opcode, data[part.begin : part.end])
@@ -173,10 +176,14 @@ class LogFile:
             channel = self._channels.get(part.channel)
             if channel is None:
                 raise DamagedChunk(f"messages of channel {part.channel}, which is not declared")
+            if channel.topic in DERIVED:
+                continue
             if channel.topic != LOG_SETPOINTS:
                 yield from _messages(channel.topic, data, part)
             elif ticks:
-                yield self._rows(data, part, heading)
+                runs.append(self._run(data, part, heading))
+        if runs:
+            yield np.frombuffer(b"".join(runs), dtype=heading.row)
 
     def _declare(self, opcode: int, body: bytes) -> None:
         if opcode == Opcode.SCHEMA:
@@ -189,14 +196,14 @@ class LogFile:
             if channel.topic == LOG_SETPOINTS and schema_of is not None:
                 _check_record(self.path, schema_of.data)
 
-    def _rows(self, data: bytes, run: Run, heading: Heading) -> Rows:
-        row = heading.row
-        if run.length != row.itemsize:
+    def _run(self, data: bytes, run: Run, heading: Heading) -> bytes:
+        """Its messages, which are `Rows` as they lie there."""
+        if run.length != heading.row.itemsize:
             size = run.length - MESSAGE_HEAD.size
             raise LogUnreadable(
                 f"{self.path} has ticks of {size} bytes, where those of its cell file have {heading.layout.size}"
             )
-        return np.frombuffer(data, dtype=row, count=run.count, offset=run.begin)
+        return data[run.begin : run.begin + run.count * run.length]
 
     def _make_heading(self, text: bytes) -> Heading:
         try:

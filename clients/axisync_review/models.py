@@ -85,11 +85,12 @@ class LatenessReview(Strict):
 
 
 class GapReview(Strict):
-    """Ticks first..last that no file has; `t_s` is where the gap begins."""
+    """Ticks first..last that no file has; `t_s` is where the gap begins, or when it was said."""
 
     first_tick: int
     last_tick: int
     t_s: float
+    why: str
 
 
 class IncidentReview(Strict):

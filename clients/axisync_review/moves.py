@@ -11,6 +11,7 @@ from axisync_schemas.enumerations import GroupState, MoveStatus
 from axisync_schemas.events import EventKind
 from axisync_schemas.log_models import PlanLog
 from axisync_schemas.replies import Event
+from axisync_schemas.topics import LOG_PLANS
 
 
 def moves_of(found: Findings) -> list[MoveReview]:
@@ -89,7 +90,7 @@ def arrival_problems(found: Findings, moves: list[MoveReview]) -> list[Problem]:
         if not played:
             continue
         if plan is None or plan.missing:
-            why = plan.missing if plan else "the log does not have it"
+            why = plan.missing if plan else _no_plan(found)
             problems.append(Problem(kind="plan", message=f"the plan of move {_name(move)} is missing: {why}"))
             continue
         if len({(span.first_tick, span.last_tick) for span in played}) > 1:
@@ -114,6 +115,11 @@ def _misses(found: Findings, move: MoveReview, plan: PlanLog, played: list[Playe
             axis = found.run.cell.axes[axes[index]].name
             text = f"move {_name(move)}: {axis} ends at {span.end_position[index]:.9g} rad, planned {wanted[index]:.9g}"
             yield Problem(kind="arrival", message=text, axis=axis, tick=span.last_tick + 1, t_s=found.t_s(span.end_ns))
+
+
+def _no_plan(found: Findings) -> str:
+    unread = LOG_PLANS in found.story.unread
+    return "what the log has of plans is of another schema version" if unread else "the log does not have it"
 
 
 def _name(move: MoveReview) -> str:

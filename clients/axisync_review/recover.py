@@ -24,7 +24,7 @@ from mcap.records import (
 
 from axisync_review.chunks import DamagedChunk, Other, Run, unpack, walk
 from axisync_review.container import HEAD, MAGIC, Container, Frame, body_stream
-from axisync_review.errors import LogUnreadable, NotWritten
+from axisync_review.errors import LogUnreadable, NotWritten, foreign
 from axisync_review.log_file import MALFORMED, PROFILE
 from axisync_review.summary import Summary, taken
 from axisync_schemas.base import Strict
@@ -145,7 +145,7 @@ class Copier:
     def _header(self, frame: Frame) -> None:
         profile = Header.read(body_stream(frame.body)).profile
         if profile != PROFILE:
-            raise LogUnreadable(f"{self.path} is an MCAP file of another program (profile {profile!r})")
+            raise foreign(self.path, profile)
         self._write(frame)
 
     def _aside(self, frame: Frame) -> None:

@@ -21,6 +21,7 @@ from axisync_review.playing import Met, NotReplayable, Playing, begin
 from axisync_review.story import Story
 from axisync_schemas.base import Strict
 from axisync_schemas.cell import Cell
+from axisync_schemas.ticks import SIGNIFICAND_BITS, shorten
 from axisync_service.mapper.counts import CountMap
 
 Array = NDArray[np.float64]
@@ -138,6 +139,8 @@ class Player:
         for plan_id in list(self._playing):
             self._play(piece, plan_id, should)
         self._leave_out(piece, should)
+        for name in SIGNIFICAND_BITS:
+            shorten(should.values[name], name)
         return self._first(piece, should)
 
     # --- what should be -----------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from axisync_review.findings import Findings
 from axisync_review.incidents import incidents
 from axisync_review.log_file import being_written
+from axisync_review.missing import missing
 from axisync_review.models import (
     AxisReview,
     BusReview,
@@ -30,7 +31,7 @@ EVENTS_KEPT = 5000
 
 def review_of(found: Findings) -> Review:
     """The report on what was gathered."""
-    moves = moves_of(found)
+    moves, gaps = moves_of(found), missing(found)
     problems = list(_problems(found, moves))
     return Review(
         good=not problems,
@@ -42,7 +43,7 @@ def review_of(found: Findings) -> Review:
         began=_iso(found.begin_ns),
         duration_s=_duration(found),
         ticks=found.run.ticks,
-        missing_ticks=found.run.missing,
+        missing_ticks=found.run.missing + sum(gap.ticks for gap in gaps if gap.first < found.first_tick),
         duplicate_ticks=found.run.duplicates,
         sessions=found.run.sessions,
         period_s=found.run.cell.period,
@@ -50,8 +51,8 @@ def review_of(found: Findings) -> Review:
         axes=tuple(_axis(found, index) for index in range(len(found.run.cell.axes))),
         lateness=_lateness(found),
         gaps=tuple(
-            GapReview(first_tick=gap.first, last_tick=gap.last, t_s=found.t_s(gap.log_time_ns))
-            for gap in found.run.gaps
+            GapReview(first_tick=gap.first, last_tick=gap.last, t_s=found.t_s(gap.log_time_ns), why=gap.why)
+            for gap in gaps
         ),
         incidents=tuple(
             IncidentReview.model_validate(
@@ -78,10 +79,8 @@ def _problems(found: Findings, moves: list[MoveReview]) -> Iterator[Problem]:
     run = found.run
     if not run.ticks:
         yield Problem(kind="empty", message="the log has no tick")
-    for gap in run.gaps:
-        count = gap.last - gap.first + 1
-        text = f"{count} ticks are missing, {gap.first} to {gap.last}" if count > 1 else f"tick {gap.first} is missing"
-        yield Problem(kind="gap", message=text, tick=gap.first, t_s=found.t_s(gap.log_time_ns))
+    for gap in missing(found):
+        yield Problem(kind="gap", message=gap.text, tick=gap.first, t_s=found.t_s(gap.log_time_ns))
     if run.off_grid:
         yield Problem(kind="grid", message=f"{run.off_grid} times a tick's instant is off the grid of the tick before")
     yield from _excesses(found)
@@ -241,7 +240,7 @@ def _notes(found: Findings) -> Iterator[str]:
     lateness = found.lateness
     if lateness.skipped:
         most = f"at most {lateness.skipped_in_a_row} in a row, {lateness.skipped_commanded} while drives were enabled"
-        yield f"{lateness.skipped} ticks were skipped, {most} ({found.run.cell.missed_ticks_max} are tolerated)"
+        yield f"{lateness.skipped:,} ticks were skipped, {most} ({found.run.cell.missed_ticks_max} are tolerated)"
     if found.run.sessions > 1:
         yield f"the controller was started {found.run.sessions} times"
     if found.run.duplicates:

@@ -11,7 +11,7 @@ from axisync_review.log_file import Message
 from axisync_schemas.events import EventKind
 from axisync_schemas.log_models import LogLine, PlanLog, RequestLog
 from axisync_schemas.replies import Event
-from axisync_schemas.topics import LOG_EVENTS, LOG_JOINT_STATES, LOG_LINES, LOG_PLANS, LOG_REQUESTS
+from axisync_schemas.topics import LOG_EVENTS, LOG_LINES, LOG_PLANS, LOG_REQUESTS
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -21,8 +21,6 @@ MODELS: dict[str, type[BaseModel]] = {
     LOG_EVENTS: Event,
     LOG_LINES: LogLine,
 }
-DERIVED = frozenset({LOG_JOINT_STATES})
-"""Topics that say again what the ticks say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +52,6 @@ class Story:
 
     def add(self, message: Message) -> None:
         """Takes one in, once: files that overlap have it twice. Never raises."""
-        if message.topic in DERIVED:
-            return
         model = MODELS.get(message.topic)
         if model is None:
             self.others[message.topic] = self.others.get(message.topic, 0) + 1

@@ -18,7 +18,7 @@ def of_replay(replay: Replay) -> Iterator[RenderableType]:
     at = replay.difference
     if at is None:
         text = f"the same to the bit: {replay.ticks:,} ticks, {replay.plans} plans played again"
-        yield Text(text, style="bold green")
+        yield Text(text if replay.ticks else "the log has no tick: there is nothing to replay", style="bold green")
     else:
         text = f"DIFFERENT from tick {at.tick} on: {at.what} is {at.logged} in the log and {at.replayed} in the replay"
         yield Text(text, style="bold red")

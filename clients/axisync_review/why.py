@@ -1,10 +1,11 @@
-"""For each stop, fault or refusal of a log, the chain of evidence in a few lines."""
+"""For each stop, fault, refusal or gap of a log, the chain of evidence in a few lines."""
 
 from collections.abc import Iterator
 from dataclasses import replace
 
 from axisync_review.findings import Findings
 from axisync_review.incidents import Evidence, Incident, incidents
+from axisync_review.missing import gap_incidents
 from axisync_schemas.base import Strict
 
 TOGETHER_NS = 25_000_000
@@ -34,8 +35,9 @@ class WhyReview(Strict):
 
 
 def why(found: Findings) -> list[WhyReview]:
-    """All incidents, by time."""
-    return [_review(found, incident) for incident in incidents(found)]
+    """All incidents, and the gaps of the log, by time."""
+    every = sorted([*incidents(found), *gap_incidents(found)], key=lambda incident: incident.log_time_ns)
+    return [_review(found, incident) for incident in every]
 
 
 def _review(found: Findings, incident: Incident) -> WhyReview:

@@ -10,6 +10,7 @@ from report import Report
 
 from axisync_schemas.memory import Word
 from axisync_schemas.ticks import Records
+from axisync_service.mapper.counts import CountMap
 from support.logread import logs_in, read_log
 from support.recording import Recording
 from support.synthetic import REST_TICKS, Session
@@ -102,13 +103,13 @@ class Feed:
 def drives_beside(recording: Recording, session: Session, moving: bool) -> list[Records]:
     """The session's records with measured positions a count off now and then, and lateness as it varies."""
     records = session.records[REST_TICKS:-REST_TICKS] if moving else session.records[:1] * 1000
-    scale = np.array([axis.drive.counts_per_rad for axis in recording.cell.axes])
+    counts = CountMap(recording.cell.axes)
     rng = np.random.default_rng(1)
     made = []
     for record in records:
         own = record.copy()
-        noise = rng.integers(-1, 2, scale.size)
-        own["position_actual"] = (np.rint(own["position"] * scale) + noise) / scale
+        noise = rng.integers(-1, 2, len(recording.cell.axes))
+        own["position_actual"] = counts.to_position(counts.to_counts(own["position"]) + noise)
         own["lateness_ns"] = rng.integers(10_000, 60_000)
         own["statusword"] = 0x1637
         made.append(own)

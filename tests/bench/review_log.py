@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from axisync_motion import Trajectory, from_profiles, synchronise
 from axisync_schemas.cell import Cell, read_cell
 from axisync_schemas.enumerations import GroupState
-from axisync_schemas.ticks import Records, TickLayout
+from axisync_schemas.ticks import Records, TickLayout, shorten_rates
 from axisync_service.recorder.clocks import ClockPair
 from axisync_service.recorder.log_file import LogFile
 
@@ -66,6 +66,7 @@ def _leg(cell: Cell, start: NDArray[np.float64], target: NDArray[np.float64]) ->
     records = np.repeat(layout.new()[np.newaxis], len(s))
     for name, values in zip(("position", "velocity", "acceleration", "jerk"), trajectory.sample(s), strict=True):
         records[name] = values
+    shorten_rates(records)
     records["target_counts"] = np.rint(records["position"] * [axis.drive.counts_per_rad for axis in cell.axes])
     records["position_actual"][0], records["position_actual"][1:] = start, records["position"][:-1]
     records["statusword"] = STATUSWORD

@@ -7,7 +7,7 @@ import numpy as np
 from axisync_schemas.internal import BeginCommand, GroupCommand, JogCommand, OverrideCommand
 from axisync_schemas.memory import PLAN_SLOT_BYTES
 from axisync_schemas.plan_slots import PlanReader, write_plan
-from axisync_schemas.ticks import Records, TickLayout
+from axisync_schemas.ticks import Records, TickLayout, shorten_rates
 from axisync_service.motion_controller.step import Core
 from axisync_service.recorder.entries import plan_fields
 from support.ideal_drive import Bench
@@ -92,6 +92,7 @@ class Decided(Bench):
         record["tick"], record["cycle_start_ns"] = self.tick, at_tick(self.tick)
         for name in ("position", "velocity", "acceleration", "jerk", "plan_id", "path_s", "path_rate", "group_state"):
             record[name] = getattr(now, name)
+        shorten_rates(record)
         record["target_counts"] = now.counts
         record["position_actual"] = self.core.watch.actual_position
         record["statusword"] = self.core.watch.statuswords

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisync_schemas.enumerations import GroupState
-from axisync_schemas.ticks import Records
+from axisync_schemas.ticks import SIGNIFICAND_BITS, Records
 from support.logread import Log
 
 Array = NDArray[np.float64]
@@ -118,6 +118,7 @@ def derivative_problems(log: Log) -> list[str]:
             values, rates = ticks[lower][:, axis], ticks[upper][:, axis]
             gap = np.abs(np.diff(values) / period - (rates[1:] + rates[:-1]) / 2)
             allowed = WITHIN_TICK * jerk * error + 2 * ROUNDING * EPSILON * _size(values) / period
+            allowed += _cut(log, axis, upper) + _cut(log, axis, lower) / period
             found += _exceeded(log, span, axis, f"logged {upper} against {lower}", gap, allowed)
     return found
 
@@ -213,6 +214,11 @@ def _touches(flags: Mask, order: int) -> Mask:
 def _bound(log: Log, axis: int, name: str, stop: bool) -> float:
     one = log.cell.axes[axis]
     return float(getattr(one.stop_limits if stop and name != "velocity" else one.limits, name))
+
+
+def _cut(log: Log, axis: int, name: str) -> float:
+    """What a logged derivative may lack, as records keep not all of its bits; positions lack nothing."""
+    return _bound(log, axis, name, stop=True) * 2.0 ** -SIGNIFICAND_BITS[name] if name in SIGNIFICAND_BITS else 0.0
 
 
 def _exceeded(log: Log, span: slice, axis: int, what: str, values: Array, allowed: Array) -> list[str]:

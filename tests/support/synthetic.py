@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from axisync_motion import PathClock, Trajectory, from_profiles, synchronise
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState
-from axisync_schemas.ticks import Records, TickLayout
+from axisync_schemas.ticks import Records, TickLayout, shorten_rates
 from support.logread import JsonMessage, Log
 from support.plans import tables_of
 
@@ -88,6 +88,7 @@ class Session:
         record["group_state"][members] = state
         for name, values in zip(("velocity", "acceleration", "jerk"), rates or (), strict=rates is not None):
             record[name][list(self.axes)] = values
+        shorten_rates(record)
         if state is not GroupState.STANDSTILL:
             record["plan_id"][members] = 1
             record["path_s"][members] = path_s

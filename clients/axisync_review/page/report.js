@@ -92,10 +92,11 @@ function showProblems() {
 
 function showMoves() {
   if (!review.moves.length) return $("moves").append(element("p", { class: "hint" }, "Nothing moved."));
+  const limited = review.moves.some((move) => move.limiting);
   const rows = review.moves.map((move) => [
-    move.move_id || String(move.plan_id), move.group, move.kind, move.user || "", number(move.begin_s), number(move.planned_s), number(move.played_s), move.limiting || "",
+    move.move_id || String(move.plan_id), move.group, move.kind, move.user || "", number(move.begin_s), number(move.planned_s), number(move.played_s), ...(limited ? [move.limiting || ""] : []),
     element("span", {}, tag(move.status, KINDS[move.status] || "plain"), move.reason ? ` ${move.reason}` : "")]);
-  $("moves").append(table([["move"], ["group"], ["kind"], ["asked by"], ["began, s", "number"], ["planned, s", "number"], ["took, s", "number"], ["limited by"], ["result", "words"]], rows,
+  $("moves").append(table([["move"], ["group"], ["kind"], ["asked by"], ["began, s", "number"], ["planned, s", "number"], ["took, s", "number"], ...(limited ? [["limited by"]] : []), ["result", "words"]], rows,
     (index) => { const move = review.moves[index]; zoomTo(move.begin_s - 0.3, move.begin_s + (move.played_s || 1) + 0.3); $("curves-section").scrollIntoView({ behavior: "smooth" }); }));
   const more = data.counts.moves - review.moves.length;
   if (more > 0) $("moves").append(element("p", { class: "hint", style: "margin-top:8px" }, `The first ${review.moves.length} of ${data.counts.moves}; axisync review --json has all.`));
@@ -325,7 +326,7 @@ function drawStates(panel) {
       pen.fillStyle = css(STATE_COLOURS[name] || "--line");
       pen.fillRect(from, top, Math.max(0.7, to - from), 15);
       if (to - from > 70) {
-        pen.fillStyle = name === "disabled" || name === "standstill" ? css("--soft") : "#fff";
+        pen.fillStyle = name === "disabled" || name === "standstill" ? css("--soft") : css("--on");
         pen.textAlign = "left"; pen.textBaseline = "middle"; pen.fillText(name, from + 7, top + 8);
       }
       begin = i;
@@ -539,7 +540,8 @@ function drawAll() {
 async function main() {
   showVerdict(); showFigures(); showProblems(); showMoves(); showAxes(); showIncidents(); showEvents(); showFiles();
   const late = review.lateness;
-  $("lateness-words").textContent = `${late.ticks.toLocaleString("en")} ticks, both scales logarithmic; the latest was ${short(late.max_us)} µs, at tick ${late.max_tick}.`;
+  $("lateness-words").textContent = `${late.ticks.toLocaleString("en")} ticks, both scales logarithmic; the latest was ${short(late.max_us)} µs, at tick ${late.max_tick}.`
+    + (late.skipped ? ` The ${late.skipped.toLocaleString("en")} skipped ones are left out.` : "");
   makePath();
   try {
     if (await load()) {

@@ -6,6 +6,9 @@ from numpy.typing import NDArray
 from axisync_schemas.cell import Axis
 
 INT32_SPAN = 2**32
+FINEST = 0.25
+"""Positions of counts are whole multiples of a power of two, at most this many counts: their zeros pack well in a log,
+and the count comes back exactly."""
 
 
 class CountMap:
@@ -14,6 +17,7 @@ class CountMap:
     def __init__(self, axes: tuple[Axis, ...]) -> None:
         self._scale = np.array([axis.drive.counts_per_rad for axis in axes])
         self._offset = np.array([axis.drive.offset for axis in axes])
+        self._step: NDArray[np.float64] = 2.0 ** np.floor(np.log2(FINEST / np.abs(self._scale)))
 
     def to_counts(self, position: NDArray[np.float64]) -> NDArray[np.int64]:
         """[n] rad -> [n] counts, before INT32 wraps."""
@@ -21,8 +25,8 @@ class CountMap:
         return counts
 
     def to_position(self, counts: NDArray[np.int64]) -> NDArray[np.float64]:
-        """[n] counts -> [n] rad."""
-        position: NDArray[np.float64] = counts / self._scale + self._offset
+        """[n] counts -> [n] rad, to `FINEST`."""
+        position: NDArray[np.float64] = np.rint((counts / self._scale + self._offset) / self._step) * self._step
         return position
 
 

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 
 INTERVAL_NS = 1_000_000_000
+LOST = "the ring held them no longer when the recorder came (it needs processor time, and a disk that keeps up)"
+NEVER_WRITTEN = "the controller never wrote them"
 NAMED = 16
 """Gaps whose ticks a report names; the rest are counted."""
 
@@ -45,12 +47,13 @@ class GapReport:
             return None
         lost = sum(gap.ticks for gap in self.gaps if gap.lost)
         never = sum(gap.ticks for gap in self.gaps if not gap.lost)
-        details: dict[str, object] = {
-            "lost": lost,
-            "never_written": never,
-            "ranges": [[gap.first, gap.last] for gap in self.gaps],
-            "more": self._more,
-        }
+        ranges, more = [[gap.first, gap.last] for gap in self.gaps], self._more
+        details: dict[str, object] = {"lost": lost, "never_written": never, "ranges": ranges, "more": more}
         self.gaps, self._more, self._last_ns = [], 0, now_ns
-        parts = [f"{lost} that the ring held no longer"] * (lost > 0) + [f"{never} never written"] * (never > 0)
-        return f"ticks are missing from the log: {', '.join(parts)}", details
+        return _sentence(lost, never, more), details
+
+
+def _sentence(lost: int, never: int, more: int) -> str:
+    given = [(ticks, why) for ticks, why in ((lost, LOST), (never, NEVER_WRITTEN)) if ticks]
+    whys = [why for _, why in given] if len(given) == 1 else [f"of {ticks}, {why}" for ticks, why in given]
+    return f"{lost + never + more} ticks are missing from the log: {'; '.join(whys)}"

@@ -16,7 +16,7 @@ from axisync_schemas.ticks import TickLayout
 from axisync_service.recorder.backlog import Backlog
 from axisync_service.recorder.clocks import ClockPair, measure
 from axisync_service.recorder.entries import Entries, Message
-from axisync_service.recorder.gaps import NAMED, Gap, GapReport
+from axisync_service.recorder.gaps import LOST, NAMED, NEVER_WRITTEN, Gap, GapReport
 from axisync_service.recorder.kernel_file import KernelFile
 from axisync_service.recorder.rate_limit import RateLimited
 from axisync_service.recorder.ring_reader import RingReader
@@ -120,11 +120,13 @@ def test_a_gap_that_goes_on_is_one_and_reports_come_once_a_second() -> None:
     report.add(Gap(10, 10, lost=False))
     taken = report.take(0)
     assert taken is not None
-    assert taken[0] == "ticks are missing from the log: 5 that the ring held no longer, 1 never written"
+    assert taken[0] == f"6 ticks are missing from the log: of 5, {LOST}; of 1, {NEVER_WRITTEN}"
     assert taken[1] == {"lost": 5, "never_written": 1, "ranges": [[5, 9], [10, 10]], "more": 0}
     report.add(Gap(20, 21, lost=True))
     assert report.take(second - 1) is None
-    assert report.take(second - 1, at_once=True) is not None
+    assert report.take(second - 1, at_once=True) == (
+        f"2 ticks are missing from the log: {LOST}", {"lost": 2, "never_written": 0, "ranges": [[20, 21]], "more": 0}
+    )  # fmt: skip
     assert report.take(3 * second) is None
 
 

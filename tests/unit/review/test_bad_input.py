@@ -11,7 +11,7 @@ from mcap.writer import Writer
 
 from axisync_review import log_file
 from axisync_review.container import MAGIC
-from axisync_review.errors import LogUnreadable
+from axisync_review.errors import GIVE_A_LOG, LogUnreadable
 from axisync_review.findings import gather
 from axisync_review.html_report import page
 from axisync_review.recover import recover
@@ -62,7 +62,8 @@ def test_a_log_cut_anywhere(short_log: bytes, tmp_path: Path) -> None:
     for number, cut in enumerate([0, 1, 7, 8, len(short_log) - 1, *rng.sample(range(9, len(short_log)), CUTS)]):
         path.write_bytes(short_log[:cut])
         said.add(everything(path, tmp_path / "out.mcap", number % PAGES == 0).replace(str(path), "it"))
-    assert {"it is empty", "it is not an MCAP file", "NOT GOOD: the log has no tick"} <= said
+    known = {f"it is empty: {GIVE_A_LOG}", f"it is not an MCAP file: {GIVE_A_LOG}", "NOT GOOD: the log has no tick"}
+    assert known <= said
     assert any(sentence.startswith("good: ") for sentence in said)
     assert any("it ends before its cell file" in sentence for sentence in said)
 
@@ -93,14 +94,14 @@ def test_not_an_mcap_file(run: Run, tmp_path: Path, command: str) -> None:
     path = tmp_path / "letter.txt"
     path.write_text("Dear Sir or Madam,")
     shown = run(command, path)
-    assert (shown.code, shown.out, shown.err) == (1, "", f"{path} is not an MCAP file\n")
+    assert (shown.code, shown.out, shown.err) == (1, "", f"{path} is not an MCAP file: {GIVE_A_LOG}\n")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_an_empty_file(run: Run, tmp_path: Path, command: str) -> None:
     path = tmp_path / "empty.mcap"
     path.touch()
-    assert run(command, path).err == f"{path} is empty\n"
+    assert run(command, path).err == f"{path} is empty: {GIVE_A_LOG}\n"
 
 
 @pytest.mark.parametrize("command", [*COMMANDS, "export", "diff"])
@@ -156,7 +157,7 @@ def test_a_log_without_ticks(run: Run, make: Maker, command: str) -> None:
     shown = run(command, make.write(span=slice(0, 0)))
     assert shown.err == ""
     assert shown.code == (1 if command == "review" else 0)
-    assert "the log has no tick" in shown.out or command != "review"
+    assert "the log has no tick" in shown.out
 
 
 def test_a_log_without_anything(run: Run, make: Maker) -> None:
@@ -172,6 +173,15 @@ def test_logs_of_two_cells(run: Run, make: Maker) -> None:
     assert shown.code == 1
     assert "is of cell 'another' and" in shown.err
     assert "give the files of one cell at a time" in shown.err
+
+
+@pytest.mark.parametrize("form", ["--csv", "--parquet"])
+def test_an_export_that_fails_leaves_nothing(run: Run, good_log: Path, make: Maker, tmp_path: Path, form: str) -> None:
+    if form == "--parquet":
+        pytest.importorskip("pyarrow")
+    out, other = tmp_path / "table", make.write(cell_text=CELL.read_text().replace('name = "eod"', 'name = "another"'))
+    assert "give the files of one cell" in run("export", good_log, other, form, "-o", out).err
+    assert not list(tmp_path.glob("table*"))
 
 
 def test_one_log_twice(run: Run, good_log: Path) -> None:

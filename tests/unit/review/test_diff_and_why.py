@@ -119,7 +119,7 @@ def test_why_a_request_was_refused(make: Maker, run: Run) -> None:
 
 
 def test_nothing_to_explain(run: Run, good_log: Path) -> None:
-    assert run("why", good_log).out == "nothing was stopped and nothing refused\n"
+    assert run("why", good_log).out == "nothing was stopped, nothing was refused, no tick is missing\n"
     assert run("why", good_log, "--json").json == []
 
 

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisync_review import chunks, pieces
 from axisync_review.findings import gather
 from axisync_review.limits import LOGGED
 from axisync_review.models import Review
@@ -13,8 +12,9 @@ from axisync_review.review import review_of
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.ticks import Records
 from support.command_line import Run
+from support.crumbs import crumble
 from support.recording import CELL
-from support.saved_log import STOP_TICK, Maker
+from support.saved_log import STOP_TICK, Maker, event
 
 MIDDLE = 700
 
@@ -126,7 +126,27 @@ def test_missing_ticks(make: Maker) -> None:
     assert found.missing_ticks == 4
     assert [(gap.first_tick, gap.last_tick) for gap in found.gaps] == [(101, 103), (501, 501)]
     assert {problem.kind for problem in found.problems} == {"gap"}
-    assert found.verdict.startswith("NOT GOOD: 3 ticks are missing, 101 to 103")
+    assert found.verdict.startswith("NOT GOOD: 3 ticks are missing, 101 to 103: the log does not say why")
+
+
+@pytest.mark.parametrize("kept", [slice(None), slice(100, None)])
+def test_ticks_that_a_starved_recorder_lost(make: Maker, run: Run, kept: slice) -> None:
+    """Said by the recorder that came too late: also in a log that begins after them."""
+    lost = event("recorder_lost", 330, lost=200, never_written=0, ranges=[[101, 300]], more=0) | {"source": "recorder"}
+    log = make.write(edit=lambda ticks: np.delete(ticks, slice(100, 300))[kept], more=[("/events", 330, lost)])
+    found = review(log)
+    assert (found.missing_ticks, found.problems[0].kind, found.problems[0].tick) == (200, "gap", 101)
+    assert found.verdict.startswith("NOT GOOD: 200 ticks are missing, 101 to 300: the recorder came later than the 10")
+    assert "give it processor time, and a disk that keeps up" in found.verdict
+    told = run("why", log).out
+    assert "200 ticks are missing, 101 to 300: the recorder came later" in told
+    assert "recorder   recorder_lost" in told
+
+
+@pytest.mark.parametrize("ranges", [None, 5, [[1]], [["a", 2]], [[5, 1]], [[-4, -2]], [[2, 3], {}]])
+def test_a_strange_report_of_lost_ticks(make: Maker, ranges: object) -> None:
+    lost = event("recorder_lost", 30, lost="x", ranges=ranges)
+    assert review(make.write(more=[("/events", 30, lost)])).good
 
 
 @pytest.mark.parametrize(("skipped", "good"), [(5, True), (6, False)])
@@ -161,10 +181,9 @@ def test_an_instant_off_the_grid(make: Maker) -> None:
 @pytest.mark.parametrize(("rows", "stop_tick"), [(1, 2), (2, 2), (3, 2), (90, STOP_TICK)])
 def test_pieces_do_not_show(make: Maker, monkeypatch: pytest.MonkeyPatch, rows: int, stop_tick: int) -> None:
     """However the log is cut for reading, the report is the same, differences over the cuts included."""
-    log, alike = make.write(stop_tick), chunks._alike
+    log = make.write(stop_tick)
     whole = review(log)
-    monkeypatch.setattr(pieces, "PIECE_ROWS", rows)
-    monkeypatch.setattr(chunks, "_alike", lambda *run: min(rows, alike(*run)))
+    crumble(monkeypatch, rows)
     assert review(log) == whole
 
 

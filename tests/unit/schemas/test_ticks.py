@@ -11,7 +11,16 @@ from hypothesis import strategies as st
 
 import axisync_schemas
 from axisync_schemas import ticks_pb2
-from axisync_schemas.ticks import PER_GROUP, Records, TickError, TickLayout, file_descriptor_set, varint
+from axisync_schemas.ticks import (
+    PER_GROUP,
+    SIGNIFICAND_BITS,
+    Records,
+    TickError,
+    TickLayout,
+    file_descriptor_set,
+    shorten_rates,
+    varint,
+)
 
 SHAPES = [(1, 1), (6, 1), (12, 2), (15, 3), (16, 16), (48, 2), (64, 16), (2048, 1)]
 """From 16 axes on, a field of 8-byte values needs two bytes for its length; from 2048 on three."""
@@ -190,3 +199,25 @@ def _code(path: Path) -> list[str]:
     """Without the generator's version, which differs from one release to the next."""
     lines = path.read_text().splitlines()
     return [line for line in lines if "Protobuf Python Version" not in line and not line.strip().rstrip(",").isdigit()]
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(sorted(SIGNIFICAND_BITS)))
+def test_derivatives_are_cut_towards_zero(value: float, name: str) -> None:
+    records = np.zeros(3, dtype=TickLayout(2, 1).dtype)
+    records[name] = value
+    shorten_rates(records)
+    bits = SIGNIFICAND_BITS[name]
+    kept = float(records[name][1, 1])
+    assert np.unique(records[name]).size == 1
+    assert abs(kept) <= abs(value)
+    assert abs(value - kept) <= max(2.0**-bits * abs(value), 2.0 ** (-1022 - bits))
+    assert (abs(struct.unpack("<q", struct.pack("<d", kept))[0]) & (1 << 52 - bits) - 1) == 0
+
+
+def test_positions_are_not_cut() -> None:
+    layout = TickLayout(12, 2)
+    record = filled(layout)
+    before = record.copy()
+    shorten_rates(record)
+    changed = {name for name in layout.fields if record[name].tobytes() != before[name].tobytes()}
+    assert changed == set(SIGNIFICAND_BITS)
