@@ -52,7 +52,7 @@ class Viewer:
     """
 
     def __init__(self, port: int) -> None:
-        self._connection = connect(f"ws://127.0.0.1:{port}", subprotocols=[SUBPROTOCOL], max_size=None)
+        self._connection = connect(f"ws://127.0.0.1:{port}", subprotocols=[SUBPROTOCOL], max_size=None, max_queue=None)
         self.channels: dict[str, Channel] = {}
         self.metadata: dict[str, dict[str, str]] = {}
         self.ids: dict[str, int] = {}
