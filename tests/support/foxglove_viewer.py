@@ -112,7 +112,7 @@ class Viewer:
             return [json.loads(one.payload) for one in seen]
         pool = DescriptorPool()
         for file in FileDescriptorSet.FromString(channel.schema).file:
-            pool.Add(file)  # type: ignore[no-untyped-call]  # stub without types
+            pool.Add(file)
         message = GetMessageClass(pool.FindMessageTypeByName(channel.name))
         return [message.FromString(one.payload) for one in seen]
 
