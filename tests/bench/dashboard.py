@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from crowd import Crowd
-from phases import SWING_DEG, Arms, Call
+from phases import Arms, Call
 from processes import Sampler
 from report import Report
 
@@ -46,7 +46,7 @@ def measure(report: Report, directory: Path, endpoint: str, arms: Arms, seconds:
             return seen
         report.say(f"stopping {presses} moves by the space bar of a browser")
         with _screen(dashboard.url) as screen:
-            seen.presses = arms.stops(presses, lambda: screen.page.keyboard.press("Space"), SWING_DEG)
+            seen.presses = arms.stops(presses, lambda: screen.page.keyboard.press("Space"))
     return seen
 
 
