@@ -10,6 +10,7 @@ import typer
 
 from axisync_cli import (
     drive_commands,
+    foxglove_command,
     group_commands,
     jog_command,
     lease_commands,
@@ -69,6 +70,7 @@ group_commands.add_to(app)
 move_commands.add_to(app)
 jog_command.add_to(app)
 drive_commands.add_to(app)
+foxglove_command.add_to(app)
 review_commands.add_to(app)
 
 

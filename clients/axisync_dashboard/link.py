@@ -53,10 +53,11 @@ class DaemonLink:
         self._keeper.start()
 
     def close(self) -> None:
-        """Gives leases back and ends the connection."""
+        """Gives leases back and ends the connection. May be called twice."""
         self._ending.set()
         self._broken.set()
-        self._keeper.join(5.0)
+        if self._keeper.is_alive():
+            self._keeper.join(5.0)
         self._calls.shutdown(wait=False, cancel_futures=True)
         self._stops.shutdown(wait=False, cancel_futures=True)
 

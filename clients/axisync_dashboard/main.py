@@ -7,6 +7,7 @@ import signal
 import socket
 import sys
 from pathlib import Path
+from types import FrameType
 from typing import Annotated
 
 import typer
@@ -32,6 +33,8 @@ def serve(
     die_with_parent: Annotated[bool, typer.Option(hidden=True)] = False,
 ) -> None:
     """Serve the web page of an axisync daemon, until SIGINT or SIGTERM."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _end)
     if die_with_parent:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
     if importlib.util.find_spec("nicegui") is None:
@@ -58,10 +61,18 @@ def _serve(
         raise _failure(str(error)) from None
     server = Server(DaemonLink(Address(endpoint, cell, user), Telemetry()), programs)
     print(f"dashboard: http://{f'[{host}]' if ':' in host else host}:{port}", flush=True)
-    # The web server raises the signal that ended it once more when it has closed everything.
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: sys.exit(0))
     server.run(host, port)
+
+
+def _end(_number: int, _frame: FrameType | None) -> None:
+    """Ends the program; the web server raises the signal that ended it once more when it has closed everything.
+
+    One more signal is ignored from here on: the interpreter gives signals their default action back before it ends, and
+    a second Ctrl-C, or the parent's SIGTERM after the terminal's SIGINT, would kill it there.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    sys.exit(0)
 
 
 def _failure(sentence: str) -> typer.Exit:

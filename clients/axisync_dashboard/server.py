@@ -18,6 +18,8 @@ from axisync_dashboard.tab import Tab
 
 STATIC = Path(__file__).parent / "static"
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]", "::1")
+GRACE_S = 3
+"""How long the end waits for answers under way, a download that somebody has paused for example."""
 ICON = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32"><rect width="32" height="32" rx="7" fill="#1d4f91"/>'
     '<path d="M6 24 14 10l6 8 6-10" fill="none" stroke="#fff" stroke-width="3.5" stroke-linejoin="round"/></svg>'
@@ -46,11 +48,14 @@ class Server:
         if host in LOOPBACK:
             # Another site's name that resolves to this machine must not open the page.
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=list(LOOPBACK))
-        ui.run(
-            host=host, port=port, title="axisync", favicon=ICON, dark=None, reload=False, show=False,
-            show_welcome_message=False,
-            tailwind=False, reconnect_timeout=5.0, uvicorn_logging_level="error",
-        )  # fmt: skip
+        try:
+            ui.run(
+                host=host, port=port, title="axisync", favicon=ICON, dark=None, reload=False, show=False,
+                show_welcome_message=False,
+                tailwind=False, reconnect_timeout=5.0, uvicorn_logging_level="error", timeout_graceful_shutdown=GRACE_S,
+            )  # fmt: skip
+        finally:
+            self._link.close()  # a second Ctrl-C makes the web server leave out what is to be done at its end
 
     def _begin(self) -> None:
         self._link.start()

@@ -1,7 +1,8 @@
 """JSON messages of the log's `/requests`, `/plans` and `/log`; `/events` holds `replies.Event`. SI units."""
 
+from collections.abc import Mapping
 from enum import IntEnum
-from typing import Any
+from typing import Any, Self
 
 from pydantic import Field
 
@@ -85,6 +86,12 @@ class WallTime(Strict):
     sec: int = Field(ge=0)
     nsec: int = Field(ge=0, lt=1_000_000_000)
 
+    @classmethod
+    def of(cls, wall_ns: int) -> Self:
+        """Of nanoseconds since 1970."""
+        sec, nsec = divmod(wall_ns, 1_000_000_000)
+        return cls(sec=sec, nsec=nsec)
+
 
 class LogLine(Strict):
     """A warning or an error of a process: foxglove.Log (https://docs.foxglove.dev/docs/sdk/schemas/log).
@@ -100,3 +107,26 @@ class LogLine(Strict):
     name: str
     file: str
     line: int = Field(ge=0)
+
+
+EVENT_LEVELS = {"warning": LogLevel.WARNING, "error": LogLevel.ERROR}
+"""Severities of events that are lines as well."""
+
+
+def line_of_event(event: Mapping[str, Any], wall_ns: int, left_out: int = 0) -> LogLine:
+    """The line of an event (its fields in JSON) whose severity is one of `EVENT_LEVELS`.
+
+    Args:
+        wall_ns: when it happened.
+        left_out: lines before it that were too many.
+    """
+    group = f" group={event['group']}" if event.get("group") else ""
+    more = f" left_out={left_out}" if left_out else ""
+    return LogLine(
+        timestamp=WallTime.of(wall_ns),
+        level=EVENT_LEVELS[event["severity"]],
+        message=f"kind={event.get('kind')}{group} message={event.get('message')!r}{more}",
+        name=str(event.get("source")),
+        file="",
+        line=0,
+    )

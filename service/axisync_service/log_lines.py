@@ -26,12 +26,6 @@ def level_of(number: int) -> LogLevel:
     return LogLevel.WARNING if number >= logging.WARNING else LogLevel.INFO
 
 
-def wall_time(wall_ns: int) -> WallTime:
-    """Nanoseconds since 1970 in parts."""
-    sec, nsec = divmod(wall_ns, _SECOND_NS)
-    return WallTime(sec=sec, nsec=nsec)
-
-
 class Quota:
     """At most `limit` in each second; counts what was too much."""
 
@@ -78,7 +72,7 @@ class LineHandler(logging.Handler):
         if record.exc_info and record.exc_info[1] is not None:
             text += f" error={record.exc_info[1]!r}"
         return LogLine(
-            timestamp=wall_time(wall_ns),
+            timestamp=WallTime.of(wall_ns),
             level=level_of(record.levelno),
             message=text[:MESSAGE_CHARACTERS] + (f" left_out={left_out}" if left_out else ""),
             name=self._process,

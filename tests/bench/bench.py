@@ -9,6 +9,7 @@ from pathlib import Path
 
 import arms
 import clients
+import dashboard
 import drives
 import numpy as np
 import planner
@@ -35,7 +36,7 @@ from axisync_schemas.ticks import Records
 
 BENCHES = (
     "planner", "arms", "drives", "ratio", "scale", "recorder", "review", "lateness", "stages", "clients", "requests",
-    "stops", "processes", "flood", "subscribers", "soak",
+    "stops", "processes", "flood", "subscribers", "dashboard", "soak",
 )  # fmt: skip
 SERVICE_FREE = frozenset({"planner", "arms", "drives", "ratio", "scale", "recorder", "review"})
 """Benches of libraries alone, or in lock-step."""
@@ -65,6 +66,7 @@ class Findings:
     stops: list[Call] = field(default_factory=list)
     flooded: list[Call] = field(default_factory=list)
     watched_ns: dict[int, tuple[int, int]] = field(default_factory=dict)
+    pages: dashboard.Seen | None = None
     growth: Growth | None = None
     failures: list[str] = field(default_factory=list)
 
@@ -143,6 +145,9 @@ class Bench:
                     found.flooded = arms.stops(self._moves)
             if "subscribers" in self._wanted:
                 self._subscribers(daemon, arms, found)
+            if "dashboard" in self._wanted:
+                page = daemon.directory / "page"
+                found.pages = dashboard.measure(self._report, page, daemon.endpoint, arms, self._seconds, self._moves)
             found.failures = arms.failures
             lease.disable(GROUP)
         return found
@@ -216,8 +221,19 @@ class Bench:
         if found.watched_ns:
             spans = {f"{n} subscribers": lateness(log.between(*span)) for n, span in found.watched_ns.items()}
             self._report.distributions("subscribers", "Lateness beside subscribers", "us", spans, (50, 99, 99.9))
+        if found.pages is not None:
+            self._pages(found.pages, found, log)
         if "soak" in self._wanted and found.growth is not None:
             found.growth.say(self._report, log.between(*found.span_ns), found.cell.period_ns)
+
+    def _pages(self, pages: dashboard.Seen, found: Findings, log: TickLog) -> None:
+        dashboard.say(self._report, len(found.cell.axes), pages)
+        spans = {f"{n} viewers": lateness(log.between(*span)) for n, span in pages.spans_ns.items()}
+        self._report.distributions("pages", "Lateness beside viewers of the dashboard", "us", spans, (50, 99, 99.9))
+        if pages.presses:
+            rows = _spans(pages.presses, log.first_slowed_ns, "first slowed setpoint in force")
+            del rows["answer"]
+            self._report.distributions("presses", "From a browser's space bar to", "ms", rows, (50, 99))
 
 
 def _spans(calls: list[Call], instant_ns: Callable[[str], int], what: str) -> dict[str, Distribution]:

@@ -18,7 +18,7 @@ COMMAND_GROUP = "kingkong"
 
 
 def measure(report: Report, client: Client, arms: Arms, moves: int) -> None:
-    """Moves of both arms as a caller sees them: from the call to the accepted move, beside plain queries.
+    """Moves as a caller sees them: from the call to the accepted move, beside plain queries.
 
     The static `config` is answered by a callback of the daemon's and tells what network and Zenoh take; `state` goes
     through the daemon's queue.
@@ -31,9 +31,9 @@ def measure(report: Report, client: Client, arms: Arms, moves: int) -> None:
         "AsyncClient.state": asyncio.run(_awaited(client.endpoint)),
         "Client.stop": _calls(lambda: client.stop(COMMAND_GROUP)),
     }
-    rows["Lease.move_joint, both arms"] = _milliseconds(
-        [call.answered_ns - call.called_ns for call in arms.requests(moves)]
-    )
+    for what, moved in (("one arm", arms.of(COMMAND_GROUP)), ("both arms", arms)):
+        times = [call.answered_ns - call.called_ns for call in moved.requests(moves)]
+        rows[f"Lease.move_joint, {what}"] = _milliseconds(times)
     report.distributions("clients", "Calls of a client, to their answer", "ms", rows, (50, 99))
 
 

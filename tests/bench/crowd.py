@@ -1,6 +1,7 @@
-"""What else may go on in the network beside a moving cell, as processes of their own: `crowd.py plan|watch ENDPOINT N`.
+"""What else may go on beside a moving cell, as processes of their own: `crowd.py plan|watch|pages ADDRESS N`.
 
-plan: N clients ask for plans as fast as they get answers. watch: N clients subscribe to every tick.
+plan: N clients ask for plans as fast as they get answers. watch: N clients subscribe to every tick. pages: N viewers
+of the dashboard at ADDRESS.
 """
 
 import os
@@ -11,6 +12,8 @@ import time
 from pathlib import Path
 from types import TracebackType
 from typing import Self
+
+import viewers
 
 from axisync_client import AxisyncError, Client, deg
 
@@ -62,8 +65,11 @@ def watch(client: Client) -> None:
         pass
 
 
-def main(what: str, endpoint: str, count: int) -> None:
-    clients = [Client(endpoint) for _ in range(count)]
+def main(what: str, address: str, count: int) -> None:
+    if what == "pages" and count:
+        viewers.look(address, count)
+        return
+    clients = [Client(address) for _ in range(count)]
     for client in clients:
         threading.Thread(target={"plan": plan, "watch": watch}[what], args=(client,), daemon=True).start()
     print("ready", flush=True)

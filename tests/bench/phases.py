@@ -56,6 +56,10 @@ class Arms:
         self._sign = 1
         self.failures: list[str] = []
 
+    def of(self, group: str) -> "Arms":
+        """The same client and lease for a part of the group."""
+        return Arms(self._client, self._lease, group)
+
     def start(self, degrees: float) -> Move:
         """A relative move of every axis, each time in the other direction."""
         target = np.full(self._axes, self._sign * deg(degrees)[0])
@@ -92,15 +96,21 @@ class Arms:
                 calls.append(call)
         return calls
 
-    def stops(self, count: int, seed: int = 1) -> list[Call]:
-        """Stops moves in the middle, at instants that are spread over a cycle and over the move."""
+    def stops(self, count: int, stop: Callable[[], object] | None = None, seed: int = 1) -> list[Call]:
+        """Stops moves in the middle, at instants that are spread over a cycle and over the move.
+
+        Args:
+            stop: how; else as this client. Another way may be slower: its moves are longer, and it begins earlier.
+        """
+        degrees, latest = (STOPPED_DEG, 0.7) if stop is None else (SWING_DEG, 0.4)
+        stop = stop or (lambda: self._client.stop(self._group))
         random_share = random.Random(seed)
         calls: list[Call] = []
         while len(calls) < count:
-            move = self.start(STOPPED_DEG)
-            time.sleep(random_share.uniform(0.2, 0.7) * move.reply.duration_s)
+            move = self.start(degrees)
+            time.sleep(random_share.uniform(0.2, latest) * move.reply.duration_s)
             called = time.monotonic_ns()
-            self._client.stop(self._group)
+            stop()
             call = Call(move.id, called, time.monotonic_ns())
             if self._ended(move, MoveStatus.STOPPED):
                 calls.append(call)

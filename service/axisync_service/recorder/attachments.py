@@ -1,12 +1,9 @@
 """Files that travel with a log: the cell file, the robot descriptions it names, versions."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
-
-from pydantic import BaseModel
 
 from axisync_schemas.cell import Cell
+from axisync_schemas.log_channels import robot_descriptions
 from axisync_service.recorder.versions import versions_json
 
 
@@ -24,19 +21,6 @@ def attachments(cell: Cell, cell_text: str) -> tuple[Attached, ...]:
     files = [
         Attached("cell.toml", "application/toml", cell_text.encode()),
         Attached("versions.json", "application/json", versions_json()),
-        *(Attached(name, "application/xml", text.encode()) for name, text in _descriptions(cell)),
+        *(Attached(name, "application/xml", text.encode()) for name, text in robot_descriptions(cell).items()),
     ]
     return tuple({one.name: one for one in files}.values())
-
-
-def _descriptions(part: Any) -> Iterator[tuple[str, str]]:
-    """Name and text of each file that any part of the cell names: whatever has both `file` and `text`."""
-    if isinstance(part, tuple):
-        for one in part:
-            yield from _descriptions(one)
-    elif isinstance(part, BaseModel):
-        file, text = getattr(part, "file", None), getattr(part, "text", None)
-        if isinstance(file, str) and isinstance(text, str) and text:
-            yield file, text
-        for name in type(part).model_fields:
-            yield from _descriptions(getattr(part, name))

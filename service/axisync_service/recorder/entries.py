@@ -10,9 +10,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from axisync_schemas.internal import MAX_PACKET, LogEntry
+from axisync_schemas.log_channels import JSON_TOPICS
 from axisync_schemas.plan_slots import Plan, PlanError, codes_as_text, read_plan
 from axisync_schemas.topics import LOG_EVENTS, LOG_PLANS
-from axisync_service.recorder.schemas import JSON_TOPICS
 
 PACKETS_AT_ONCE = 256
 """From one socket in one call, so that a flood does not keep the recorder from the ring."""

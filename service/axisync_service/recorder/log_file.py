@@ -8,14 +8,14 @@ from typing import IO, Any, cast
 from mcap.writer import CompressionType, Writer
 
 from axisync_schemas.cell import Cell
+from axisync_schemas.joint_states import JointStates
+from axisync_schemas.log_channels import channels, labels
 from axisync_schemas.ticks import TickLayout
 from axisync_schemas.topics import LOG_JOINT_STATES, LOG_SETPOINTS
 from axisync_service.recorder.attachments import attachments
 from axisync_service.recorder.clocks import ClockPair
-from axisync_service.recorder.joint_states import JointStates
 from axisync_service.recorder.kernel_file import KernelFile, sync_directory
 from axisync_service.recorder.names import LogName
-from axisync_service.recorder.schemas import channels
 from axisync_service.recorder.versions import machine
 
 CHUNK_BYTES = 64 * 1024
@@ -83,15 +83,10 @@ class LogFile:
         self._setpoints = self._channels[LOG_SETPOINTS]
 
     def _register(self, cell: Cell) -> dict[str, int]:
-        labels = {
-            "axes": " ".join(axis.name for axis in cell.axes),
-            "groups": " ".join(cell.group_names),
-            "period_ns": str(cell.period_ns),
-        }
         registered = {}
         for one in channels():
             schema = self._writer.register_schema(one.name, one.schema_encoding, one.schema)
-            given = labels if one.topic == LOG_SETPOINTS else {}
+            given = labels(cell) if one.topic == LOG_SETPOINTS else {}
             registered[one.topic] = self._writer.register_channel(one.topic, one.encoding, schema, given)
         return registered
 

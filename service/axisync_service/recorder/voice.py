@@ -5,18 +5,17 @@ from typing import Literal
 
 from axisync_schemas.events import EventKind
 from axisync_schemas.internal import RecorderStatus
-from axisync_schemas.log_models import LogLevel, LogLine
+from axisync_schemas.log_models import EVENT_LEVELS, LogLine, line_of_event
 from axisync_schemas.memory import Mailbox
 from axisync_schemas.replies import Event
 from axisync_schemas.topics import LOG_EVENTS, LOG_LINES
-from axisync_service.log_lines import Quota, wall_time
+from axisync_service.log_lines import Quota
 from axisync_service.recorder.clocks import ClockPair
 from axisync_service.recorder.entries import Message, message
 
 Severity = Literal["info", "warning", "error"]
 KEPT = 8
 """Events that front can still see; it looks fifty times a second."""
-_LEVELS = {"warning": LogLevel.WARNING, "error": LogLevel.ERROR}
 
 
 class Voice:
@@ -60,24 +59,12 @@ class Lines:
     def of(self, event: Message, clocks: ClockPair) -> Message | None:
         """The line of an event, where it has one."""
         data = event.event or {}
-        level = _LEVELS.get(str(data.get("severity")))
-        left_out = self._quota.take(event.log_time_ns) if level is not None else None
-        if level is None or left_out is None:
+        if str(data.get("severity")) not in EVENT_LEVELS:
             return None
-        group = f" group={data['group']}" if data.get("group") else ""
-        more = f" left_out={left_out}" if left_out else ""
-        text = f"kind={data.get('kind')}{group} message={data.get('message')!r}{more}"
-        return line_message(
-            LogLine(
-                timestamp=wall_time(clocks.wall(event.log_time_ns)),
-                level=level,
-                message=text,
-                name=str(data.get("source")),
-                file="",
-                line=0,
-            ),
-            event.log_time_ns,
-        )
+        left_out = self._quota.take(event.log_time_ns)
+        if left_out is None:
+            return None
+        return line_message(line_of_event(data, clocks.wall(event.log_time_ns), left_out), event.log_time_ns)
 
 
 def line_message(line: LogLine, log_time_ns: int) -> Message:

@@ -9,8 +9,8 @@ import pytest
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
+from axisync_schemas.log_channels import channels
 from axisync_service.recorder.recorder import SECOND_NS
-from axisync_service.recorder.schemas import channels
 from support.recorder_here import START_NS, Bench
 
 WALL_S = 1_700_000_000

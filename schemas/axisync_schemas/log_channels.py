@@ -1,4 +1,4 @@
-"""Topics of a log file and their schemas: what other people's tools need to read it without this package."""
+"""Topics of a log, and of its live view: what other people's tools need to read them without this package."""
 
 import copy
 import json
@@ -8,7 +8,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from axisync_schemas import ticks_pb2
+from axisync_schemas import joint_states, ticks_pb2
+from axisync_schemas.cell import Cell
 from axisync_schemas.log_models import LogLine, PlanLog, RequestLog
 from axisync_schemas.replies import Event
 from axisync_schemas.ticks import file_descriptor_set
@@ -20,7 +21,6 @@ from axisync_schemas.topics import (
     LOG_REQUESTS,
     LOG_SETPOINTS,
 )  # fmt: skip
-from axisync_service.recorder import joint_states
 
 JSON_TOPICS: dict[str, tuple[str, type[BaseModel]]] = {
     LOG_REQUESTS: ("axisync.RequestLog", RequestLog),
@@ -33,7 +33,7 @@ JSON_TOPICS: dict[str, tuple[str, type[BaseModel]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A topic as the file declares it; `schema` is in the words of `schema_encoding`."""
+    """A topic as a log declares it; `schema` is in the words of `schema_encoding`."""
 
     topic: str
     encoding: str
@@ -54,6 +54,20 @@ def channels() -> tuple[Channel, ...]:
             for topic, (name, model) in JSON_TOPICS.items()
         ),
     )
+
+
+def labels(cell: Cell) -> dict[str, str]:
+    """The metadata of `/setpoints`: what its columns are."""
+    return {
+        "axes": " ".join(axis.name for axis in cell.axes),
+        "groups": " ".join(cell.group_names),
+        "period_ns": str(cell.period_ns),
+    }
+
+
+def robot_descriptions(cell: Cell) -> dict[str, str]:
+    """Text of each URDF file that the cell names, by the file's name."""
+    return {group.urdf.file: group.urdf.text for group in cell.groups if group.urdf is not None}
 
 
 def json_schema(title: str, model: type[BaseModel]) -> dict[str, Any]:

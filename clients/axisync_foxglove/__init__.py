@@ -1,0 +1,1 @@
+"""The log's topics live, for Foxglove: what the daemon publishes, served over Foxglove's own WebSocket protocol."""
