@@ -12,7 +12,7 @@ from axisync_schemas.replies import DriveReply
 
 Axis = Annotated[str, typer.Argument(metavar="AXIS", help="An axis of the cell.")]
 Object = Annotated[str, typer.Argument(metavar="OBJECT", help="0x6079, 0x2002:1, or a name of the EDS.")]
-NewValue = Annotated[str | None, typer.Argument(metavar="[VALUE]", help="Write it; the group must be disabled.")]
+NewValue = Annotated[str | None, typer.Argument(metavar="VALUE", help="Write it; the group must be disabled.")]
 
 
 def add_to(app: typer.Typer) -> None:

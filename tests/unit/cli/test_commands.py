@@ -267,3 +267,8 @@ def test_help(run: Run, words: tuple[str, ...]) -> None:
     shown = run(*words)
     assert shown.code == (0 if words else 2)
     assert "Usage: axisync" in shown.out + shown.err
+
+
+@pytest.mark.parametrize(("command", "usage"), [("enable", "[GROUP]"), ("drive", "{AXIS} {OBJECT} [VALUE]")])
+def test_help_writes_optional_words_in_brackets(run: Run, command: str, usage: str) -> None:
+    assert f"axisync {command} [OPTIONS] {usage}" in run(command, "--help").out.splitlines()[0]
