@@ -123,13 +123,20 @@ def test_fault_recovery_from_a_fault(service: Daemon) -> None:
     assert lines.count("arrived") == 6, lines
 
 
+@pytest.fixture(scope="module")
+def log(service: Daemon) -> Path:
+    """What the daemon has written so far, as a log of its own."""
+    whole = service.directory / "so_far.mcap"
+    printed(python(service, "-m", "axisync_cli", "recover", str(logs_in(service.log_dir)[-1]), "-o", str(whole)))
+    return whole
+
+
 @pytest.mark.parametrize(("page", "number"), BLOCKS)
-def test_a_documents_python_runs_as_it_stands(service: Daemon, page: str, number: int) -> None:
-    """Each block by itself: what it needs, it imports; what it reads is a log that the daemon writes."""
+def test_a_documents_python_runs_as_it_stands(service: Daemon, log: Path, page: str, number: int) -> None:
+    """Each block by itself: what it needs, it imports. Its argument, for those that read one, is a log."""
     with Client(service.endpoint, timeout_s=TIMEOUT_S) as client, client.lease("all") as arms:
         arms.enable()
-    block = python_blocks(ROOT / page)[number]
-    printed(python(service, "-W", "error", "-c", block, str(logs_in(service.log_dir)[-1])))
+    printed(python(service, "-W", "error", "-c", python_blocks(ROOT / page)[number], str(log)))
 
 
 def test_async_moves_beside_streams(service: Daemon) -> None:
