@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from axisync_cli import quantities, sentences
+from axisync_cli.entry import EXIT_INTERRUPTED
 from axisync_cli.move_options import Numbers, numbers
 from axisync_cli.options import EPILOG, Json, in_words, terminal_of
 from axisync_cli.terminal import Terminal
@@ -96,7 +97,7 @@ def _jog(
     terminal.show(sentences.of_states({name: group.state for name, group in client.state().groups.items()
                                        if name in lease.groups}))  # fmt: skip
     if interrupted:
-        return 130
+        return EXIT_INTERRUPTED
     if motion.blocked is not None:
         raise motion.blocked
     return 0
