@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from axisync_cli import quantities, sentences
+from axisync_cli import interrupts, quantities, sentences
 from axisync_cli.entry import EXIT_INTERRUPTED
 from axisync_cli.move_options import Numbers, numbers
 from axisync_cli.options import EPILOG, Json, in_words, terminal_of
@@ -94,8 +94,9 @@ def _jog(
         except KeyboardInterrupt:
             interrupted = True
             terminal.say("interrupted: stopping")
-    terminal.show(sentences.of_states({name: group.state for name, group in client.state().groups.items()
-                                       if name in lease.groups}))  # fmt: skip
+    cell = client.config()
+    names = [cell.group_names[i] for name in lease.groups for i in cell.members(name)]
+    terminal.show(sentences.of_states(interrupts.stand(client, names, interrupts.STAND_TIMEOUT_S)))
     if interrupted:
         return EXIT_INTERRUPTED
     if motion.blocked is not None:

@@ -12,6 +12,7 @@ import pytest
 
 from axisync_schemas.enumerations import MoveStatus
 from support.cell_peer import Peer
+from support.command_line import Run
 
 MOVE = ("move", "kingkong", "--joint", "5,0,0,0,0,0deg", "--relative", "--duration", "60")
 Command = Callable[..., "subprocess.Popen[str]"]
@@ -172,3 +173,12 @@ def test_watch_in_json_and_a_closed_pipe(peer: Peer, command: Command) -> None:
         time.sleep(0.05)
     assert process.stderr is not None
     assert process.stderr.read() == ""
+
+
+def test_a_jog_that_is_over_says_where_it_ended(run: Run, peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not that it was still stopping then."""
+    labels = iter(["stopping"] * 3)
+    monkeypatch.setattr(peer, "label", lambda name: next(labels, "standstill"))
+    shown = run("jog", "kingkong", "--joint", "0,0,5deg,0,0,0", "--for", "100ms")
+    assert (shown.code, shown.err) == (0, "")
+    assert shown.out.splitlines()[-1] == "kingkong standstill"
