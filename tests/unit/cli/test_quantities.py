@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from axisync_cli.quantities import (
+    TWO_TURNS,
     angular_limits,
     duration_s,
     euler,
@@ -36,6 +37,8 @@ RIGHT = math.radians(90)
         ("1,2rad", (1.0, 2.0)),
         ("1.2rad", (1.2,)),
         ("90 deg", (RIGHT,)),
+        ("90rad", (90.0,)),
+        ("0,12.5", (0.0, 12.5)),
         (" -90 , 90 deg ", (-RIGHT, RIGHT)),
         ("1e-3,.5,2.", (0.001, 0.5, 2.0)),
     ],
@@ -54,6 +57,8 @@ def test_joint_targets(text: str, values: tuple[float, ...]) -> None:
         ("1,x", "'x' is no number with a unit"),
         ("1,2mm", "the unit 'mm' is none of deg, rad"),
         ("1,2degrees", "the unit 'degrees' is none"),
+        ("90", "'90': without a unit these would be radians; write 90deg, or 90rad if they are"),
+        ("0,-12.6", "write 0,-12.6deg, or 0,-12.6rad"),
         ("90°", "the unit '°' is none of deg, rad"),
         ("90DEG", "the unit 'DEG' is none of deg, rad"),
         ("90deg/s", "the unit 'deg/s' is none of deg, rad"),
@@ -69,7 +74,7 @@ def test_other_targets_say_what_is_wrong(text: str, message: str) -> None:
         joint_target(text)
 
 
-@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=12))
+@given(st.lists(st.floats(-TWO_TURNS, TWO_TURNS), min_size=1, max_size=12))
 def test_what_is_printed_is_read_back(values: list[float]) -> None:
     assert joint_target(",".join(map(repr, values))) == tuple(values)
 
