@@ -10,7 +10,7 @@ import typer
 from axisync_cli import interrupts, quantities, sentences
 from axisync_cli.entry import EXIT_INTERRUPTED
 from axisync_cli.move_options import Numbers, numbers
-from axisync_cli.options import EPILOG, Json, in_words, terminal_of
+from axisync_cli.options import EPILOG, Json, Take, in_words, terminal_of
 from axisync_cli.terminal import Terminal
 from axisync_client import Client, InvalidArgument, Jog, Lease
 from axisync_client.jog import Space
@@ -59,12 +59,13 @@ def jog(
     body: Body = None,
     turn: Turn = None,
     seconds: For = None,
+    take: Take = False,
     as_json: Json = False,
 ) -> None:
     """Move at a velocity until Ctrl-C, or for a time. The group stops when this command dies."""
     terminal = terminal_of(context, as_json, group)
     space, velocity = _asked({"joint": joint, "tool": tool, "base": base, "body": body}, turn)
-    with terminal.connect() as client, client.lease(group) as lease:
+    with terminal.connect() as client, client.lease(group, take=take) as lease:
         raise typer.Exit(_jog(terminal, client, lease, space, velocity, math.inf if seconds is None else seconds))
 
 

@@ -141,6 +141,9 @@ def test_a_lease_is_taken_over_by_any_command_that_needs_one(run: Run, peer: Pee
         client.lease("kingkong", ttl_s=60.0)
         assert run("move", "kingkong", *QUICK).code == 1
         assert run("move", "kingkong", *QUICK, "--take").code == 0
+        client.lease("kingkong", ttl_s=60.0)
+        assert run("jog", "kingkong", "--joint", "0,0,5deg,0,0,0", "--for", "100ms").code == 1
+        assert run("jog", "kingkong", "--joint", "0,0,5deg,0,0,0", "--for", "100ms", "--take").code == 0
     assert run("lease", "--take").code == 2
 
 
