@@ -91,7 +91,7 @@ def test_names():
         dictionary[0x5FFF, 2]
     with pytest.raises(EdsError, match="no object is called"):
         dictionary.find("Flux capacitor")
-    twice = ObjectDictionary({key: dictionary[0x6040, 0] for key in ((0x6040, 0), (0x6840, 0))})
+    twice = ObjectDictionary(dict.fromkeys(((0x6040, 0), (0x6840, 0)), dictionary[0x6040, 0]))
     with pytest.raises(EdsError, match=r"is the name of 2 objects: give the index of one \(0x6040:0, "):
         twice.find("controlword")
 
