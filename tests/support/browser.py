@@ -36,7 +36,7 @@ HAS_SHOWN = """([key, texts]) => {
   const isNext = ([of, text]) => of === key && text.includes(texts[next]);
   const end = window.shown.findIndex((one) => isNext(one) && ++next === texts.length);
   if (end < 0) return false;
-  window.shown.splice(0, end + 1);
+  window.shown = window.shown.filter(([of], i) => i > end || of !== key);
   return true;
 }"""
 POLL_MS = 50
