@@ -4,6 +4,7 @@ import contextlib
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -80,11 +81,15 @@ class Dashboard:
             self.process.wait()
             raise AssertionError(f"the dashboard did not end\n{self.output}") from None
 
+    def _listens(self) -> bool:
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", self.port)) == 0
+
     @contextlib.contextmanager
     def running(self) -> Iterator["Dashboard"]:
         """Nothing of it is left after the block."""
         try:
-            wait_for(lambda: "dashboard: " in self.output or self.process.poll() is not None, "the dashboard", 60.0)
+            wait_for(lambda: self._listens() or self.process.poll() is not None, "the dashboard", 60.0)
             assert self.process.poll() is None, self.output
             yield self
         finally:
