@@ -2,6 +2,6 @@
 
 import sys
 
-from axisync_cli.main import main
+from axisync_cli.entry import main
 
 sys.exit(main())

@@ -12,7 +12,7 @@ from axisync_schemas.replies import DriveReply
 
 Axis = Annotated[str, typer.Argument(metavar="AXIS", help="An axis of the cell.")]
 Object = Annotated[str, typer.Argument(metavar="OBJECT", help="0x6079, 0x2002:1, or a name of the EDS.")]
-NewValue = Annotated[str | None, typer.Argument(metavar="[VALUE]", help="Write it; the group must be disabled.")]
+NewValue = Annotated[str | None, typer.Argument(metavar="VALUE", help="Write it; the group must be disabled.")]
 
 
 def add_to(app: typer.Typer) -> None:
@@ -33,7 +33,14 @@ def home_group(context: typer.Context, group: GroupOrAll = "all", take: Take = F
         terminal.show(sentences.of_states(reply.groups))
 
 
-def drive(context: typer.Context, axis: Axis, name: Object, value: NewValue = None, as_json: Json = False) -> None:
+def drive(
+    context: typer.Context,
+    axis: Axis,
+    name: Object,
+    value: NewValue = None,
+    take: Take = False,
+    as_json: Json = False,
+) -> None:
     """Read an object of a drive, or write it."""
     terminal = terminal_of(context, as_json)
     with terminal.connect() as client:
@@ -41,7 +48,7 @@ def drive(context: typer.Context, axis: Axis, name: Object, value: NewValue = No
             reply = read_object(client, axis, name)
         else:
             terminal.group = group_of(client.config(), axis)
-            with client.lease(terminal.group) as lease:
+            with client.lease(terminal.group, take=take) as lease:
                 reply = write_object(lease, axis, name, parsed(value))
         terminal.reply(reply)
         terminal.show(in_words(reply))

@@ -6,10 +6,10 @@ import time
 from types import FrameType
 
 from axisync_cli import sentences
+from axisync_cli.entry import EXIT_INTERRUPTED
 from axisync_cli.terminal import Terminal
 from axisync_client import AxisyncError, Client, GroupState
 
-EXIT_INTERRUPTED = 130
 STAND_TIMEOUT_S = 30.0
 POLL_S = 0.05
 ON_THE_WAY = frozenset(

@@ -7,9 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from axisync_cli import quantities, sentences
+from axisync_cli import interrupts, quantities, sentences
+from axisync_cli.entry import EXIT_INTERRUPTED
 from axisync_cli.move_options import Numbers, numbers
-from axisync_cli.options import EPILOG, Json, in_words, terminal_of
+from axisync_cli.options import EPILOG, Json, Take, in_words, terminal_of
 from axisync_cli.terminal import Terminal
 from axisync_client import Client, InvalidArgument, Jog, Lease
 from axisync_client.jog import Space
@@ -58,12 +59,13 @@ def jog(
     body: Body = None,
     turn: Turn = None,
     seconds: For = None,
+    take: Take = False,
     as_json: Json = False,
 ) -> None:
     """Move at a velocity until Ctrl-C, or for a time. The group stops when this command dies."""
     terminal = terminal_of(context, as_json, group)
     space, velocity = _asked({"joint": joint, "tool": tool, "base": base, "body": body}, turn)
-    with terminal.connect() as client, client.lease(group) as lease:
+    with terminal.connect() as client, client.lease(group, take=take) as lease:
         raise typer.Exit(_jog(terminal, client, lease, space, velocity, math.inf if seconds is None else seconds))
 
 
@@ -93,10 +95,11 @@ def _jog(
         except KeyboardInterrupt:
             interrupted = True
             terminal.say("interrupted: stopping")
-    terminal.show(sentences.of_states({name: group.state for name, group in client.state().groups.items()
-                                       if name in lease.groups}))  # fmt: skip
+    cell = client.config()
+    names = [cell.group_names[i] for name in lease.groups for i in cell.members(name)]
+    terminal.show(sentences.of_states(interrupts.stand(client, names, interrupts.STAND_TIMEOUT_S)))
     if interrupted:
-        return 130
+        return EXIT_INTERRUPTED
     if motion.blocked is not None:
         raise motion.blocked
     return 0

@@ -19,13 +19,14 @@ from axisync_cli import (
     sentences,
     view_commands,
 )
+from axisync_cli.entry import EXIT_INTERRUPTED
 from axisync_cli.options import hoist
 from axisync_cli.terminal import Terminal
 from axisync_client import AxisyncError, InvalidArgument
 from axisync_client.discovery import own_version
 from axisync_schemas import SCHEMA_VERSION
 
-EXIT_DONE, EXIT_FAILED, EXIT_USAGE, EXIT_INTERRUPTED = 0, 1, 2, 130
+EXIT_DONE, EXIT_FAILED, EXIT_USAGE = 0, 1, 2
 
 app = typer.Typer(
     name="axisync",

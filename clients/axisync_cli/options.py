@@ -27,8 +27,8 @@ def in_words(parse: Callable[[str], T]) -> Callable[[str | T], T]:
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print the reply or the error body as JSON.")]
-GroupOrAll = Annotated[str, typer.Argument(metavar="[GROUP]", help="A group, a compound, or all.", show_default=True)]
-OptionalGroup = Annotated[str | None, typer.Argument(metavar="[GROUP]", help="A group, a compound, or all.")]
+GroupOrAll = Annotated[str, typer.Argument(metavar="GROUP", help="A group, a compound, or all.", show_default=True)]
+OptionalGroup = Annotated[str | None, typer.Argument(metavar="GROUP", help="A group, a compound, or all.")]
 Take = Annotated[bool, typer.Option("--take", help="Take the lease from whoever holds it; what moves goes on.")]
 Plot = Annotated[
     Path | None,

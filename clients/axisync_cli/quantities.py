@@ -11,6 +11,8 @@ TURNING = ANGLES | {"deg/s": math.pi / 180.0, "rad/s": 1.0}
 SPEEDS = LENGTHS | {"mm/s": 1e-3, "m/s": 1.0}
 DURATIONS = {"s": 1.0, "ms": 1e-3}
 PICTURES = (".svg", ".png")
+TWO_TURNS = 4.0 * math.pi
+"""Radians; an angle beyond them that has no unit was meant in degrees."""
 
 
 class Minimise(StrEnum):
@@ -54,7 +56,10 @@ def joint_target(text: str) -> tuple[float, ...]:
     Raises:
         ValueError: says which value is wrong and how to write it.
     """
-    return _list(text, ANGLES, "rad")
+    values = _list(text, ANGLES, "rad")
+    if max(map(abs, values)) > TWO_TURNS and not any(unit in text for unit in ANGLES):
+        raise ValueError(f"{text!r}: without a unit these would be radians; write {text}deg, or {text}rad if they are")
+    return values
 
 
 def point(text: str) -> tuple[float, ...]:

@@ -221,8 +221,16 @@ def _refused(found: Findings, time: int, request: RequestLog, group: str | None)
             change, name = states[member], found.run.cell.group_names[member]
             text = f"{name} was {group_state(change.after)} since then"
             yield Evidence(change.log_time_ns, "ticks", text, change.tick)
-    details = ", ".join(f"{key}={value}" for key, value in (request.error.details if request.error else {}).items())
+    given = request.error.details if request.error else {}
+    details = ", ".join(f"{key}={_short(value)}" for key, value in given.items())
     yield Evidence(time, "front", f"refused after {waited:.1f} ms" + (f": {details[:300]}" if details else ""))
+
+
+def _short(value: object) -> str:
+    """Of a detail: six digits are enough for people."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return f"[{', '.join(map(_short, value))}]" if isinstance(value, list | tuple) else str(value)
 
 
 def _deaths(found: Findings) -> Iterator[Incident]:

@@ -168,6 +168,6 @@ def _table(title: str, *headings: str) -> Table:
             heading,
             justify="left" if heading in left else "right",
             overflow="fold",
-            no_wrap=heading in ("move", "group", "kind"),
+            no_wrap=heading in ("group", "kind"),  # where it is narrow, a move's long id folds before anything else
         )
     return table

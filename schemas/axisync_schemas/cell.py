@@ -416,6 +416,8 @@ def read_cell(path: Path) -> tuple[Cell, str]:
         text = with_files(path.read_text(encoding="utf-8"), path.parent)
     except FileMissing as error:
         raise CellError(f"{path}: {error}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise CellError(f"{path}: cannot be read: {error}") from None
+    except OSError as error:
+        raise CellError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise CellError(f"{path}: cannot be read: it is not UTF-8") from None
     return parse_cell(text, str(path)), text

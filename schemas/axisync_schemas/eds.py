@@ -158,8 +158,11 @@ class ObjectDictionary:
             EdsError: none, or more than one.
         """
         found = [entry for entry in self.entries.values() if entry.name.lower() == name.lower()]
-        if len(found) != 1:
-            raise EdsError(f"{name!r} is the name of {len(found)} objects")
+        if not found:
+            raise EdsError(f"no object is called {name!r}: give its name in the EDS, or its index (0x6079, 0x2002:1)")
+        if len(found) > 1:
+            some = ", ".join(f"0x{one.index:04X}:{one.sub}" for one in found[:3])
+            raise EdsError(f"{name!r} is the name of {len(found)} objects: give the index of one ({some}, ...)")
         return found[0]
 
 

@@ -4,6 +4,7 @@ import contextlib
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,8 +21,33 @@ ARGUMENTS = (
 )  # fmt: skip
 PATIENCE_MS = 30_000
 """For what takes well below a second on a quiet machine."""
-HOLDING = "found => found.some(button => button.classList.contains('holding'))"
-"""Of these buttons one is filling up."""
+RECORD = """
+window.shown = [];
+new MutationObserver((changes) => {
+  for (const { target, addedNodes } of changes) {
+    const key = target.dataset?.live ?? target.id;
+    if (key === "stop-note" || key?.endsWith(".state"))
+      for (const node of addedNodes) window.shown.push([key, node.textContent]);
+  }
+}).observe(document, { childList: true, subtree: true });
+"""
+"""Keeps the states and notes that the page shows: a question now and then would miss what is soon over."""
+HAS_SHOWN = """([key, texts]) => {
+  let next = 0;
+  const isNext = ([of, text]) => of === key && text.includes(texts[next]);
+  const end = window.shown.findIndex((one) => isNext(one) && ++next === texts.length);
+  if (end < 0) return false;
+  window.shown = window.shown.filter(([of], i) => i > end || of !== key);
+  return true;
+}"""
+POLL_MS = 50
+AWAIT_CONFIRMED = """(button) => {
+  button.confirmed = false;
+  button.addEventListener("confirmed", () => (button.confirmed = true), { once: true });
+}"""
+IS_HELD = "button => !button.confirmed && button.classList.contains('holding')"
+PRESSES = 3
+"""A page that changes under the mouse makes a person press again, too."""
 
 
 class Dashboard:
@@ -55,11 +81,15 @@ class Dashboard:
             self.process.wait()
             raise AssertionError(f"the dashboard did not end\n{self.output}") from None
 
+    def _listens(self) -> bool:
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", self.port)) == 0
+
     @contextlib.contextmanager
     def running(self) -> Iterator["Dashboard"]:
         """Nothing of it is left after the block."""
         try:
-            wait_for(lambda: "dashboard: " in self.output or self.process.poll() is not None, "the dashboard", 60.0)
+            wait_for(lambda: self._listens() or self.process.poll() is not None, "the dashboard", 60.0)
             assert self.process.poll() is None, self.output
             yield self
         finally:
@@ -73,13 +103,18 @@ class Screen:
 
     def __init__(self, page: Page) -> None:
         self.page = page
+        page.add_init_script(RECORD)
 
     def open(self, url: str) -> "Screen":
         """Loads the page, and waits until it shows what is so."""
         self.page.goto(url)
+        self.is_fresh()
+        return self
+
+    def is_fresh(self) -> None:
+        """Waits until what it shows is so."""
         expect(self.page.locator("body")).not_to_have_class(re.compile(r"\bstale\b"))
         expect(self.state("kingkong")).not_to_be_empty()
-        return self
 
     def live(self, key: str) -> Locator:
         """A text that is kept up to date, by its key."""
@@ -97,14 +132,30 @@ class Screen:
         """Controls are about this group from now on."""
         self.page.locator(".groups").get_by_text(group, exact=True).click()
 
+    def passes(self, group: str, *states: str) -> None:
+        """Waits until it has shown these states of a group, one after the other, since it was last asked."""
+        self.has_shown(f"g.{group}.state", *states)
+
+    def has_shown(self, key: str, *texts: str) -> None:
+        """Waits until a text that is kept had these in it, one after the other, since it was last asked."""
+        self.page.wait_for_function(HAS_SHOWN, arg=[key, texts], polling=POLL_MS)
+
     def press(self, name: str) -> None:
         """Presses a button until it has filled up."""
-        button = self.button(name)
+        if not any(self._pressed(self.button(name)) for _ in range(PRESSES)):
+            raise AssertionError(f"{name} was pressed {PRESSES} times, and never until it was full")
+
+    def _pressed(self, button: Locator) -> bool:
+        """Pressed once; whether it was full before it was let go, or moved away from under the mouse."""
         expect(button).to_be_enabled()
+        element = button.element_handle()
+        assert element is not None
+        element.evaluate(AWAIT_CONFIRMED)
         button.hover()
         self.page.mouse.down()
-        wait_for(lambda: not button.evaluate_all(HOLDING), f"{name} is full", PATIENCE_MS / 1e3)  # or gone
+        wait_for(lambda: not element.evaluate(IS_HELD), "the button is full", PATIENCE_MS / 1e3)
         self.page.mouse.up()
+        return bool(element.evaluate("button => button.confirmed"))
 
     def tap(self, name: str) -> None:
         """Touches it and lets go at once, as by accident."""
@@ -149,5 +200,6 @@ class Screen:
 
     def tool(self, group: str) -> list[float]:
         """Where the 3D view draws the tool, m in O."""
+        self.page.wait_for_function("() => document.querySelector('.arms-view')?.view")
         place = self.page.evaluate("group => document.querySelector('.arms-view').view.toolPosition(group)", group)
         return [float(value) for value in place]

@@ -22,6 +22,8 @@ from support.logread import Log, logs_in, read_log
 TTL_S = 1.0
 """A machine that other work shares may be silent for longer than a key that is held."""
 PATIENCE_S = 60.0
+LATE_S = 0.2
+"""Of the controller, where the machine pauses just then."""
 
 
 def setpoint(client: Client, group: str = "kingkong") -> np.ndarray:
@@ -138,6 +140,16 @@ def test_jogs_end_as_they_were_ended(jogged: Log) -> None:
     assert JOG_RELEASED in reasons
     assert JOG_LAPSED in reasons
     assert None in reasons, "the way's end, at the soft limit"
+
+
+def test_a_killed_client_moves_nothing_after_the_time_its_last_request_gave(jogged: Log) -> None:
+    tick = [tick for details, tick in events(jogged, "move_stopping") if details["reason"] == JOG_LAPSED][-1]
+    (row,) = np.flatnonzero(jogged.ticks["tick"] == tick)
+    stopping_s = float(jogged.ticks["cycle_start_ns"][row]) * 1e-9
+    asked = [one.data for one in jogged.requests if one.data["verb"] == "jog" and one.data["received_s"] < stopping_s]
+    last = max(asked, key=lambda request: float(request["received_s"]))
+    assert last["body"]["group"] == "wukong"
+    assert stopping_s - last["received_s"] < last["body"]["ttl_s"] + LATE_S
 
 
 def test_what_replay_needs_is_there(jogged: Log) -> None:

@@ -1,4 +1,4 @@
-"""The SDK and its examples against the real service."""
+"""The SDK, its examples and the Python of its documents against the real service."""
 
 import asyncio
 import os
@@ -26,11 +26,15 @@ from axisync_client import (
 from axisync_emulator.faults.control import ask
 from axisync_schemas.cell import override
 from support.daemon import Daemon, eod_text, patient, running, wait_for
+from support.documents import ROOT, python_blocks
+from support.logread import logs_in
 
-EXAMPLES = Path(__file__).parents[2] / "clients" / "examples"
+EXAMPLES = ROOT / "clients" / "examples"
 TIMEOUT_S = 90.0
 PERIOD_MS = 8.0
 """Clients do not care, and the machine has time for them."""
+PAGES = ("README.md", "docs/clients.md", "docs/log.md")
+BLOCKS = [(page, number) for page in PAGES for number in range(len(python_blocks(ROOT / page)))]
 FAULT = {"kind": "emergency", "bus": "kingkong", "node": 1, "code": 0x2310, "duration_s": 0.2}
 
 
@@ -48,11 +52,15 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Daemon]:
 
 def example(service: Daemon, name: str, *words: str) -> "subprocess.Popen[str]":
     """Started as a user starts it."""
+    return python(service, str(EXAMPLES / name), *words)
+
+
+def python(service: Daemon, *words: str) -> "subprocess.Popen[str]":
     environment = {**os.environ, "AXISYNC_ENDPOINT": service.endpoint, "PYTHONUNBUFFERED": "1"}
-    command = [sys.executable, str(EXAMPLES / name), *words]
     return subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment, cwd=service.directory
-    )
+        [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+        cwd=service.directory,
+    )  # fmt: skip
 
 
 def printed(process: "subprocess.Popen[str]") -> list[str]:
@@ -113,6 +121,22 @@ def test_fault_recovery_from_a_fault(service: Daemon) -> None:
     lines = printed(process)
     assert any(line.startswith("fault: ") for line in lines), lines
     assert lines.count("arrived") == 6, lines
+
+
+@pytest.fixture(scope="module")
+def log(service: Daemon) -> Path:
+    """What the daemon has written so far, as a log of its own."""
+    whole = service.directory / "so_far.mcap"
+    printed(python(service, "-m", "axisync_cli", "recover", str(logs_in(service.log_dir)[-1]), "-o", str(whole)))
+    return whole
+
+
+@pytest.mark.parametrize(("page", "number"), BLOCKS)
+def test_a_documents_python_runs_as_it_stands(service: Daemon, log: Path, page: str, number: int) -> None:
+    """Each block by itself: what it needs, it imports. Its argument, for those that read one, is a log."""
+    with Client(service.endpoint, timeout_s=TIMEOUT_S) as client, client.lease("all") as arms:
+        arms.enable()
+    printed(python(service, "-W", "error", "-c", python_blocks(ROOT / page)[number], str(log)))
 
 
 def test_async_moves_beside_streams(service: Daemon) -> None:

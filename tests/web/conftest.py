@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from axisync_client import Client
 from axisync_schemas.cell import override
-from support.daemon import PATIENT, Daemon, eod_text, running
+from support.daemon import PATIENT, Daemon, eod_text, running, wait_for
 
 pytest.importorskip("playwright", reason="playwright is not installed")
 pytest.importorskip("nicegui", reason="NiceGUI is not installed")
@@ -60,6 +61,32 @@ def browser() -> Iterator[Browser]:
         chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS), timeout=90_000)
         yield chromium
         chromium.close()
+
+
+@pytest.fixture
+def client(service: Daemon) -> Iterator[Client]:
+    """Somebody else who looks at the daemon."""
+    with Client(service.endpoint, timeout_s=PATIENCE_MS / 1e3) as other:
+        yield other
+
+
+@pytest.fixture(autouse=True)
+def _as_at_the_beginning(service: Daemon) -> None:
+    """Nothing moves, no fault, full speed, and nobody in control, whatever the test before left."""
+    if service.process is None or service.process.poll() is not None:
+        service.kill()
+        service.start()
+    with Client(service.endpoint, timeout_s=PATIENCE_MS / 1e3) as client, client.lease("all", take=True) as everything:
+        client.stop()
+        wait_for(lambda: states(client) <= {"standstill", "disabled", "fault"}, "it stands", PATIENCE_MS / 1e3)
+        if "fault" in states(client):
+            everything.reset()
+        everything.override(1.0)
+
+
+def states(client: Client) -> set[str]:
+    """Of all groups."""
+    return {group.state for group in client.state().groups.values()}
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import re
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,14 +10,7 @@ from playwright.sync_api import expect
 
 from axisync_client import Client
 from support.browser import Screen
-from support.daemon import Daemon, wait_for
-
-
-@pytest.fixture
-def client(service: Daemon) -> Iterator[Client]:
-    """Somebody else who looks at the daemon."""
-    with Client(service.endpoint) as other:
-        yield other
+from support.daemon import wait_for
 
 
 @pytest.fixture
@@ -27,15 +20,19 @@ def operator(screen: Screen) -> Screen:
     return screen
 
 
-def start(screen: Screen, client: Client, percent: float = 20) -> None:
-    """A move of KingKong that takes some seconds: there or back."""
+SLOW_PERCENT = 10
+"""Above twenty seconds for the shortest of these moves: it is under way however late the browser is."""
+
+
+def start(screen: Screen, client: Client) -> None:
+    """A slow move of KingKong, there or back."""
     here = screen.position(0)
     screen.joint("kingkong.1", 60 if here < 30 else 0)
-    screen.speed(percent)
+    screen.speed(SLOW_PERCENT)
     expect(screen.plan()).to_contain_text("Duration")
     screen.press("Move")
     expect(screen.state("kingkong")).to_have_text("moving")
-    wait_for(lambda: abs(client.state().groups["kingkong"].velocity[0]) > 0.01, "it moves", 20)
+    wait_for(lambda: abs(client.state().groups["kingkong"].velocity[0]) > 1e-3, "it moves", 20)
 
 
 def state_of(client: Client) -> str:
@@ -51,8 +48,7 @@ def test_a_move_is_planned_made_and_arrives(operator: Screen, client: Client) ->
     operator.tap("Move")  # an accidental touch does nothing
     assert state_of(client) == "standstill"
     operator.press("Move")
-    expect(operator.state("kingkong")).to_have_text("moving")
-    expect(operator.state("kingkong")).to_have_text("standstill")
+    operator.passes("kingkong", "moving", "standstill")
     expect(operator.live("a1.position")).to_have_text(re.compile(f"^{here + 5:.1f}"))
     expect(operator.page.locator(".event").filter(has_text="move ended").first).to_be_visible()
 
@@ -76,7 +72,7 @@ def test_hold_resume_slower_and_stop(operator: Screen, client: Client) -> None:
     operator.page.keyboard.press("ArrowLeft")
     wait_for(lambda: client.state().groups["kingkong"].override == 0.95, "slower at once", 20)
     operator.page.locator("#stop").click()
-    expect(operator.page.locator("#stop-note")).to_contain_text("Stop taken")
+    operator.has_shown("stop-note", "Stop taken")
     expect(operator.state("kingkong")).to_have_text("standstill")
     slider.focus()  # the button has it now
     operator.page.keyboard.press("ArrowRight")
@@ -118,15 +114,14 @@ def test_the_tool_moves_on_a_line(operator: Screen, client: Client) -> None:
     said = operator.plan()
     expect(said).to_contain_text("length")
     operator.press("Move")
-    expect(operator.state("kingkong")).to_have_text("moving")
-    expect(operator.state("kingkong")).to_have_text("standstill")
+    operator.passes("kingkong", "moving", "standstill")
     after = client.state().groups["kingkong"].pose
     assert before is not None
     assert after is not None
     assert after["position"][2] - before["position"][2] == pytest.approx(-0.02, abs=1e-4)
 
 
-def test_a_program_of_ones_own_is_planned_and_run(operator: Screen, client: Client) -> None:
+def test_a_program_of_ones_own_is_planned_and_run(operator: Screen) -> None:
     step = '[[steps]]\nkind = "joint"\nrelative = true\ntarget_deg = [0, 0, 0, 0, 0, '
     text = f'schema = 1\nname = "a nod"\ngroup = "kingkong"\n{step}'
     operator.page.get_by_role("tab", name="Programs").click()
@@ -137,8 +132,7 @@ def test_a_program_of_ones_own_is_planned_and_run(operator: Screen, client: Clie
             expect(operator.page.locator(".about")).to_contain_text("a nod" if last == "8]" else "broken.toml")
     expect(operator.plan()).to_contain_text("Duration")
     operator.press("Run")
-    expect(operator.page.locator(".event").filter(has_text="move started").first).to_be_visible()
-    wait_for(lambda: state_of(client) == "standstill", "it arrives", 30)
+    operator.passes("kingkong", "moving", "standstill")
 
 
 def test_a_log_can_be_downloaded(operator: Screen) -> None:
@@ -152,9 +146,10 @@ def test_a_held_pad_jogs_until_it_is_let_go(operator: Screen, client: Client) ->
     operator.press("Make the pads live")
     before = client.state().groups["kingkong"].position[3]
     pad = operator.page.locator('.pad[data-pad="3"][data-sign="1"]')
+    expect(pad).not_to_have_class(re.compile("disabled"))
     pad.hover()
     operator.page.mouse.down()
-    expect(operator.state("kingkong")).to_have_text("jogging")
+    operator.passes("kingkong", "jogging")
     wait_for(lambda: client.state().groups["kingkong"].position[3] > before + 0.02, "it jogs", 20)
     operator.page.mouse.up()
     expect(operator.state("kingkong")).to_have_text("standstill")

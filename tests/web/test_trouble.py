@@ -1,7 +1,6 @@
 """Faults, and a daemon that is gone and comes back. The last of this folder: the daemon is killed here."""
 
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -10,10 +9,11 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, expect
 
+from axisync_emulator.faults.control import ask
 from support.browser import Dashboard, Screen
 from support.daemon import Daemon, free_port
 
-FAULT = ("kind=emergency", "bus=kingkong", "node=2", "code=0x2310")
+FAULT = {"kind": "emergency", "bus": "kingkong", "node": 2, "code": 0x2310}
 """Over-current, as a drive reports it: a fault that a reset ends."""
 
 GREY = """() => {
@@ -23,15 +23,9 @@ GREY = """() => {
 }"""
 
 
-def inject(service: Daemon, *fault: str) -> None:
-    socket = service.directory / "control" / "kingkong.sock"
-    command = [sys.executable, "-m", "axisync_emulator.main", "inject", str(socket), *fault]
-    subprocess.run(command, check=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, timeout=60)
-
-
 def test_a_fault_is_shown_and_reset(screen: Screen, service: Daemon) -> None:
     screen.control("kingkong")
-    inject(service, *FAULT)
+    ask(service.directory / "control" / "kingkong.sock", {"inject": FAULT})
     expect(screen.state("kingkong")).to_have_text("fault")
     expect(screen.live("a1.fault")).not_to_be_empty()
     screen.press("Reset")
@@ -48,13 +42,13 @@ def test_a_dead_daemon_is_said_within_a_moment_and_a_new_one_is_found(
     service.kill()
     screen.page.wait_for_function("() => window.greyMs > 0")
     delay_ms = screen.page.evaluate("() => window.greyMs") - killed_ms
-    assert 300 < delay_ms < 3000  # 0.45 s on a quiet machine; this one may be busy
+    assert 300 < delay_ms < 5000  # 0.45 s on a quiet machine; this one may be busy
     expect(screen.page.locator("#banner")).not_to_be_empty()
     screen.page.keyboard.press("Space")
     expect(screen.page.locator("#stop-note")).to_contain_text("NOT STOPPED")
     expect(screen.button("Plan")).to_be_disabled()
     service.start()
-    expect(screen.page.locator("body")).not_to_have_class(re.compile(r"\bstale\b"))
+    screen.is_fresh()
     expect(screen.page.locator("#banner")).to_be_empty()
     screen.control("wukong")
     assert dashboard.process.poll() is None

@@ -8,12 +8,10 @@ from playwright.sync_api import expect
 
 from axisync_client import Client
 from support.browser import Screen
-from support.daemon import Daemon
 
 
-def test_a_viewer_sees_the_arms_where_they_are(screen: Screen, service: Daemon) -> None:
-    with Client(service.endpoint) as client:
-        state = client.state()
+def test_a_viewer_sees_the_arms_where_they_are(screen: Screen, client: Client) -> None:
+    state = client.state()
     for group, report in state.groups.items():
         assert report.pose is not None
         np.testing.assert_allclose(screen.tool(group), report.pose["position"], atol=1e-3)

@@ -51,7 +51,12 @@ class DriveObjects:
         names = [axis.name for axis in self._cell.axes]
         if name not in names:
             fault = {"path": "axis", "message": f"no axis {name!r} in this cell", "value": name}
-            raise Refusal(ErrorCode.INVALID_REQUEST, f"axis: {fault['message']}", errors=[fault], axes=names)
+            raise Refusal(
+                ErrorCode.INVALID_REQUEST,
+                f"{fault['message']}: the axes are {', '.join(names)}",
+                errors=[fault],
+                axes=names,
+            )
         return names.index(name)
 
     def _check_write(self, axis: int, key: Key, request: DriveRequest, world: World) -> None:

@@ -62,8 +62,11 @@ def test_a_write_is_packed_by_its_type(rig: Any, ok: Read) -> None:
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"axis": "nobody", "object": "0x6079"}, "no axis 'nobody' in this cell"),
-        ({"axis": "kingkong.1", "object": "no such object"}, "is the name of 0 objects"),
+        ({"axis": "nobody", "object": "0x6079"}, "no axis 'nobody' in this cell: the axes are kingkong.1, "),
+        (
+            {"axis": "kingkong.1", "object": "no such object"},
+            "no object is called 'no such object': give its name in the EDS, or its index",
+        ),
         ({"axis": "kingkong.1", "object": "0x60790"}, "is no object"),
         ({"axis": "kingkong.1", "object": "0x6073", "value": 70000}, "is no UNSIGNED16"),
         ({"axis": "kingkong.1", "object": "0x6073", "value": "fast"}, "is no UNSIGNED16"),

@@ -141,6 +141,9 @@ def test_a_lease_is_taken_over_by_any_command_that_needs_one(run: Run, peer: Pee
         client.lease("kingkong", ttl_s=60.0)
         assert run("move", "kingkong", *QUICK).code == 1
         assert run("move", "kingkong", *QUICK, "--take").code == 0
+        client.lease("kingkong", ttl_s=60.0)
+        assert run("jog", "kingkong", "--joint", "0,0,5deg,0,0,0", "--for", "100ms").code == 1
+        assert run("jog", "kingkong", "--joint", "0,0,5deg,0,0,0", "--for", "100ms", "--take").code == 0
     assert run("lease", "--take").code == 2
 
 
@@ -267,3 +270,8 @@ def test_help(run: Run, words: tuple[str, ...]) -> None:
     shown = run(*words)
     assert shown.code == (0 if words else 2)
     assert "Usage: axisync" in shown.out + shown.err
+
+
+@pytest.mark.parametrize(("command", "usage"), [("enable", "[GROUP]"), ("drive", "{AXIS} {OBJECT} [VALUE]")])
+def test_help_writes_optional_words_in_brackets(run: Run, command: str, usage: str) -> None:
+    assert f"axisync {command} [OPTIONS] {usage}" in run(command, "--help").out.splitlines()[0]

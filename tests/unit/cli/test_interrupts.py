@@ -12,9 +12,20 @@ import pytest
 
 from axisync_schemas.enumerations import MoveStatus
 from support.cell_peer import Peer
+from support.command_line import Run
 
 MOVE = ("move", "kingkong", "--joint", "5,0,0,0,0,0deg", "--relative", "--duration", "60")
 Command = Callable[..., "subprocess.Popen[str]"]
+INTERRUPTED_WHILE_LOADING = """
+import os, signal, sys
+class Interrupt:
+    def find_spec(self, name, path=None, target=None):
+        if name == sys.argv[1]:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupt())
+from axisync_cli.entry import main
+sys.exit(main())
+"""
 
 
 @pytest.fixture
@@ -44,6 +55,14 @@ def wait_until(what: Callable[[], object]) -> None:
     while not what():
         assert time.monotonic() < end
         time.sleep(0.01)
+
+
+@pytest.mark.parametrize("module", ["axisync_cli.main", "typer", "zenoh"])
+def test_ctrl_c_before_the_command_is_loaded_just_ends_it(module: str) -> None:
+    command = [sys.executable, "-c", INTERRUPTED_WHILE_LOADING, module, "state"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
 def test_ctrl_c_stops_the_move_and_waits(peer: Peer, command: Command) -> None:
@@ -154,3 +173,12 @@ def test_watch_in_json_and_a_closed_pipe(peer: Peer, command: Command) -> None:
         time.sleep(0.05)
     assert process.stderr is not None
     assert process.stderr.read() == ""
+
+
+def test_a_jog_that_is_over_says_where_it_ended(run: Run, peer: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not that it was still stopping then."""
+    labels = iter(["stopping"] * 3)
+    monkeypatch.setattr(peer, "label", lambda name: next(labels, "standstill"))
+    shown = run("jog", "kingkong", "--joint", "0,0,5deg,0,0,0", "--for", "100ms")
+    assert (shown.code, shown.err) == (0, "")
+    assert shown.out.splitlines()[-1] == "kingkong standstill"

@@ -1,15 +1,12 @@
 """What README has a new user type is accepted where the demo's programs end, one command after the other."""
 
 import re
-import shlex
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import typer
 
-from axisync_cli.main import app
 from axisync_cli.move_options import Asked
 from axisync_client import Program, deg, moves
 from axisync_schemas.cell import Cell, parse_cell
@@ -18,13 +15,12 @@ from axisync_schemas.programs import read_program
 from axisync_service.demo import PROGRAMS, SLOW, patient, program_for
 from axisync_service.planner.jog_plan import plan_jog
 from axisync_service.planner.models import Models
+from support.documents import ROOT, command_lines, parsed, python_blocks
 from support.planner_jobs import CELL, REST, TEXT, plan_of, planned
 
-README = (Path(__file__).parents[3] / "README.md").read_text(encoding="utf-8")
-COMMANDS = [
-    shlex.split(line, comments=True)[1:] for line in README.splitlines() if line.startswith(".venv/bin/axisync ")
-]
-SNIPPETS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+README = ROOT / "README.md"
+COMMANDS = [words[1:] for words in command_lines(README)]
+SNIPPETS = python_blocks(README)
 
 
 class Robot:
@@ -59,24 +55,13 @@ def robot(request: pytest.FixtureRequest) -> Robot:
     return Robot(parse_cell(patient(TEXT, request.param)))
 
 
-def parsed(words: list[str]) -> dict[str, Any]:
-    """The options of one command line, or a usage error."""
-    command = typer.main.get_command(app).commands[words[0]]  # type: ignore[attr-defined]
-    return dict(command.make_context(words[0], words[1:]).params)
-
-
-@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
-def test_every_command_is_one(words: list[str]) -> None:
-    parsed(words)
-
-
 def test_every_move_is_accepted_in_turn(robot: Robot) -> None:
     asked = [words for words in COMMANDS if words[0] in ("plan", "move", "run")]
     assert len(asked) >= 5
     for words in asked:
-        options = parsed(words)
+        options = parsed(["axisync", *words])
         if words[0] == "run":
-            program = read_program(Path(__file__).parents[3] / options["file"])
+            program = read_program(ROOT / options["file"])
         else:
             program = Asked(**{name: value for name, value in options.items() if name in Asked.__slots__}).program()
         robot.play(program, options.get("speed", 1.0), commit=words[0] != "plan")

@@ -7,7 +7,7 @@ import pytest
 from canopen.objectdictionary import ODVariable
 from canopen.objectdictionary.eds import import_eds
 
-from axisync_schemas.eds import DataType, EdsError, drive_dictionary, drive_eds_text, parse_eds
+from axisync_schemas.eds import DataType, EdsError, ObjectDictionary, drive_dictionary, drive_eds_text, parse_eds
 
 NODE = 5
 
@@ -89,8 +89,11 @@ def test_names():
     assert dictionary.describe(0x5FFF, 2) == "0x5FFF:2"
     with pytest.raises(EdsError, match="0x5FFF:2"):
         dictionary[0x5FFF, 2]
-    with pytest.raises(EdsError, match="0 objects"):
+    with pytest.raises(EdsError, match="no object is called"):
         dictionary.find("Flux capacitor")
+    twice = ObjectDictionary(dict.fromkeys(((0x6040, 0), (0x6840, 0)), dictionary[0x6040, 0]))
+    with pytest.raises(EdsError, match=r"is the name of 2 objects: give the index of one \(0x6040:0, "):
+        twice.find("controlword")
 
 
 @pytest.mark.parametrize(

@@ -103,7 +103,8 @@ def test_why_a_drive_failed(make: Maker) -> None:
 
 
 def test_why_a_request_was_refused(make: Maker, run: Run) -> None:
-    error = {"code": "NOT_ENABLED", "message": "wukong is disabled", "details": {"group": "wukong"}}
+    error = {"code": "NOT_ENABLED", "message": "wukong is disabled",
+             "details": {"group": "wukong", "position": [0.123456789, -1.0], "time_s": 2 / 3}}  # fmt: skip
     request = {
         "request_id": "r-9", "user": "eve", "verb": "move", "body": {"group": "wukong"},
         "received_s": at_tick(99) / 1e9, "answered_s": at_tick(100) / 1e9, "error": error,
@@ -112,7 +113,7 @@ def test_why_a_request_was_refused(make: Maker, run: Run) -> None:
     shown = run("why", path)
     assert (shown.code, shown.err) == (0, "")
     assert "move of eve was refused: NOT_ENABLED: wukong is disabled" in shown.out
-    assert "refused after 2.0 ms: group=wukong" in shown.out
+    assert "refused after 2.0 ms: group=wukong, position=[0.123457, -1], time_s=0.666667\n" in shown.out
     (found,) = run("why", path, "--json").json
     found["evidence"] = tuple(found["evidence"])
     assert WhyReview.model_validate(found).kind == "refusal"

@@ -1,14 +1,17 @@
 """A review finds what is wrong, and nothing in a good log."""
 
+import io
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from axisync_review.findings import gather
 from axisync_review.limits import LOGGED
 from axisync_review.models import Review
 from axisync_review.review import review_of
+from axisync_review.text import parts
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.ticks import Records
 from support.command_line import Run
@@ -233,3 +236,16 @@ def test_the_command_fails_where_something_is_wrong(run: Run, make: Maker) -> No
     assert shown.code == 1
     assert "problem: 0.198 s: tick 101 is missing" in shown.out
     assert shown.out.splitlines()[-1].startswith("NOT GOOD: tick 101 is missing")
+
+
+def test_moves_fit_into_a_narrow_terminal(good_log: Path) -> None:
+    """With an id as long as the daemon's, and the longest words beside it."""
+    found = review_of(gather([good_log]))
+    (move,) = found.moves
+    long = move.model_copy(update={"move_id": "m-1795399211347002", "kind": "sequence", "limiting": "kingkong.3"})
+    console = Console(width=80, record=True, file=io.StringIO())
+    for part in parts(found.model_copy(update={"moves": (long,)})):
+        console.print(part)
+    (line,) = (line for line in console.export_text().splitlines() if "sequence" in line)
+    assert line.split()[1:3] == ["kingkong", "sequence"]
+    assert line.split()[-2:] == ["kingkong.3", "succeeded"]

@@ -2,10 +2,11 @@
 
 import math
 from importlib import resources
+from pathlib import Path
 
 import pytest
 
-from axisync_schemas.cell import Cell, CellError, override, parse_cell
+from axisync_schemas.cell import Cell, CellError, override, parse_cell, read_cell
 
 TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
 
@@ -18,6 +19,14 @@ def test_eod_is_the_papers_robot() -> None:
     limits = cell.axes[3].limits
     assert [math.degrees(x) for x in (limits.velocity, limits.acceleration, limits.jerk)] == pytest.approx([30, 40, 80])
     assert cell.period_ns == 2_000_000
+
+
+def test_a_file_that_cannot_be_read_is_one_sentence(tmp_path: Path) -> None:
+    for path, why in ((tmp_path / "no.toml", "No such file or directory"), (tmp_path / "x.toml", "it is not UTF-8")):
+        (tmp_path / "x.toml").write_bytes(b"\xff")
+        with pytest.raises(CellError) as caught:
+            read_cell(path)
+        assert str(caught.value) == f"{path}: cannot be read: {why}"
 
 
 def test_groups_and_their_axes() -> None:
