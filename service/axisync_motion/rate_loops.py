@@ -117,9 +117,7 @@ def curvature(pulling: Array, rate: float, w: Array, share: float, steepest: flo
         out[p] = min(share * u if u > 0.0 else u / share, steepest * steepest)
 
 
-def fastest(
-    bending: Array, pulling: Array, j: Array, rate: float, share: Array, steepest: float, out: Array
-) -> None:
+def fastest(bending: Array, pulling: Array, j: Array, rate: float, share: Array, steepest: float, out: Array) -> None:
     """|w| for which every row's acceleration is within its limit, and its jerk with u = 0."""
     square, cube, n = rate * rate, rate * rate * rate, j.size
     by_j = np.full(out.size, inf)

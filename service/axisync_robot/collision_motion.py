@@ -1,6 +1,8 @@
 """Where the capsules of an arm are at many poses at once, and how far a joint's turn can carry them at most."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,7 @@ from axisync_robot.collision_shapes import LinkCapsule, Shapes
 from axisync_schemas.cell import Pose
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
 class ArmSegments:
@@ -28,6 +31,28 @@ class ArmSegments:
         local = np.einsum("mcij,ckj->mcki", turns[:, self._joint], self._local)
         ends: Array = origins[:, self._joint, None, :] + local
         return ends
+
+
+@dataclass(frozen=True, slots=True)
+class CellArm:
+    """An arm of a cell, with all that is on it."""
+
+    segments: ArmSegments
+    capsules: Indices
+    """Which capsules of the cell they are."""
+    axes: Indices
+
+
+@lru_cache(maxsize=8)
+def arms_of(shapes: Shapes) -> tuple[CellArm, ...]:
+    """The arms that have capsules."""
+    found = []
+    for number, group in enumerate(shapes.cell.groups):
+        own = [i for i, c in enumerate(shapes.capsules) if c.group == number]
+        if own:
+            segments = ArmSegments(group.base, shapes.chain(number), [shapes.capsules[i] for i in own])
+            found.append(CellArm(segments, np.array(own), np.array(shapes.cell.axis_indices(group.name))))
+    return tuple(found)
 
 
 def reach(chain: Chain, capsule: LinkCapsule) -> Array:

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,15 +93,15 @@ class Guard:
             raise Refusal(ErrorCode.INVALID_REQUEST, str(error), errors=[fault]) from None
 
     def _among_itself(self, motion: Sampled, contacts: Contacts, alone: bool) -> Clearance:
-        fields: dict[str, Any] = {"group": self._group, "rest": self._rest, "contacts": contacts}
-        path = self._model.check_path(motion.q, self._margin, spread=motion.chord, **fields)
+        widened = [(self._margin, motion.chord), (0.0, motion.reach)][: 1 + alone]
+        found = self._model.check_widened(motion.q, widened, group=self._group, rest=self._rest, contacts=contacts)
+        path, reached = found[0], found[1:]
         self._refuse(path, motion, alone=False)
-        found = Clearance(path.min_distance, path.nearest.pair if path.nearest else None)
-        if not alone:
-            return found
-        reached = self._model.check_path(motion.q, 0.0, spread=motion.reach, **fields)
-        self._refuse(reached, motion, alone=True)
-        return replace(found, alone=reached.min_distance)
+        clearance = Clearance(path.min_distance, path.nearest.pair if path.nearest else None)
+        for check in reached:
+            self._refuse(check, motion, alone=True)
+            clearance = replace(clearance, alone=check.min_distance)
+        return clearance
 
     def _beside(self, motion: Sampled, contacts: Contacts, plan: Plan) -> Clearance:
         """Whole path against whole path, each with what its drives do alone: timing never counts."""
