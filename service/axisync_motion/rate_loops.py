@@ -76,17 +76,16 @@ def sweep(
 ) -> None:
     """One table, out[levels, points], level by level."""
     levels, points = out.shape
-    w, before, slope = np.zeros(points), np.zeros(points), np.full(points, steepest)
-    most, allowed, nearest, u, along = (
-        np.empty(points), np.empty(points), np.empty(points), np.empty(points), np.empty(points)
-    )  # fmt: skip
+    w, before, slope, most, by_j, allowed, nearest, u, along = np.empty((9, points))
+    for p in range(points):
+        w[p], slope[p] = 0.0, steepest
     curvature(pulling, rates[0], w, share[0], steepest, nearest)
     for p in range(points):
         nearest[p] = max(nearest[p], 0.0)
         out[0, p] = sqrt(2.0 * nearest[p])
     for level in range(1, levels):
         rate, step = rates[level], x[level] - x[level - 1]
-        fastest(bending, pulling, j, rate, share, steepest * x[level], most)
+        fastest(bending, pulling, j, rate, share, steepest * x[level], by_j, most)
         for p in range(points):
             before[p] = w[p]
             w[p] = min(w[p] + slope[p] * step, most[p])
@@ -107,7 +106,8 @@ def sweep(
 def curvature(pulling: Array, rate: float, w: Array, share: float, steepest: float, out: Array) -> None:
     """u that every row allows at |w|."""
     cube = rate * rate * rate
-    out[:] = inf
+    for p in range(out.size):
+        out[p] = inf
     for row in range(pulling.shape[1]):
         for p in range(out.size):
             u = pulling[ROOM_J, row, p] - pulling[JERKING, row, p] * cube - rate * pulling[TURNING, row, p] * w[p]
@@ -117,11 +117,13 @@ def curvature(pulling: Array, rate: float, w: Array, share: float, steepest: flo
         out[p] = min(share * u if u > 0.0 else u / share, steepest * steepest)
 
 
-def fastest(bending: Array, pulling: Array, j: Array, rate: float, share: Array, steepest: float, out: Array) -> None:
+def fastest(
+    bending: Array, pulling: Array, j: Array, rate: float, share: Array, steepest: float, by_j: Array, out: Array
+) -> None:
     """|w| for which every row's acceleration is within its limit, and its jerk with u = 0."""
     square, cube, n = rate * rate, rate * rate * rate, j.size
-    by_j = np.full(out.size, inf)
-    out[:] = inf
+    for p in range(out.size):
+        by_j[p] = out[p] = inf
     for row in range(pulling.shape[1]):
         for p in range(out.size):
             value = pulling[ROOM_A, row, p] - pulling[ACCELERATING, row, p] * square
