@@ -22,15 +22,17 @@ class ArmSegments:
         """Capsules of this arm, in the order wanted."""
         self._base: Array = base_placement(base).homogeneous
         self._chain = chain
-        self._joint = np.array([c.joint for c in capsules], dtype=np.intp)
+        self._joint = [c.joint for c in capsules]
         self._local = np.array([[c.start, c.end] for c in capsules]).reshape(-1, 2, 3)
 
     def at(self, q: Array) -> Array:
         """[m, c, 2, 3] ends of the segments in frame O at the arm's poses q[m, n], rad."""
-        turns, origins = self._chain.frames(q, self._base)
-        local = np.einsum("mcij,ckj->mcki", turns[:, self._joint], self._local)
-        ends: Array = origins[:, self._joint, None, :] + local
-        return ends
+        frames = list(self._chain.each_frame(q, self._base))
+        ends = np.empty((len(self._joint), 2, 3, len(q)))
+        for own, joint, local in zip(ends, self._joint, self._local, strict=True):
+            axes, origin = frames[joint]
+            np.add((local @ axes.reshape(3, -1)).reshape(2, 3, -1), origin, out=own)
+        return ends.transpose(3, 0, 1, 2)
 
 
 @dataclass(frozen=True, slots=True)
