@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from axisync_robot.chain import Chain, base_placement
 from axisync_robot.collision_shapes import LinkCapsule, Shapes
+from axisync_robot.kernels import kernels
 from axisync_schemas.cell import Pose
 
 Array = NDArray[np.float64]
@@ -20,13 +21,19 @@ class ArmSegments:
 
     def __init__(self, base: Pose, chain: Chain, capsules: Sequence[LinkCapsule]) -> None:
         """Capsules of this arm, in the order wanted."""
-        self._base: Array = base_placement(base).homogeneous
+        self._base: Array = np.ascontiguousarray(base_placement(base).homogeneous)
         self._chain = chain
-        self._joint = [c.joint for c in capsules]
+        self._joint = np.array([c.joint for c in capsules], dtype=np.intp)
         self._local = np.array([[c.start, c.end] for c in capsules]).reshape(-1, 2, 3)
 
     def at(self, q: Array) -> Array:
         """[m, c, 2, 3] ends of the segments in frame O at the arm's poses q[m, n], rad."""
+        compiled = kernels()
+        if compiled is not None:
+            out = np.empty((len(q), *self._local.shape))
+            poses = np.ascontiguousarray(q)
+            compiled.segment_ends(self._chain.joints, self._base, self._joint, self._local, poses, out)
+            return out
         frames = list(self._chain.each_frame(q, self._base))
         ends = np.empty((len(self._joint), 2, 3, len(q)))
         for own, joint, local in zip(ends, self._joint, self._local, strict=True):
