@@ -36,14 +36,14 @@ def rate_slopes(
 
 def moves(bounds: Array, row: int) -> bool:
     """Whether an axis ever moves the way that the row stands for."""
-    for point in range(bounds.shape[0]):
-        if bounds[point, 0, row] > 0.0:
-            return True
-    return False
+    most = 0.0
+    for p in range(bounds.shape[0]):
+        most = max(most, bounds[p, 0, row])
+    return most > 0.0
 
 
 def fill_rows(bounds: Array, a: Array, j: Array, rising: bool, bending: Array, pulling: Array) -> None:
-    """One table's coefficients: bending [2, 2n, points] of every row, pulling [5, moving, points] of those that move."""
+    """One table's coefficients: bending[2, 2n, points] of every row, pulling[5, moving, points] of those that move."""
     points, n = bounds.shape[0], a.shape[0]
     used = 0
     for row in range(2 * n):

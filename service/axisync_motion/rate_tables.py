@@ -237,7 +237,7 @@ class _Sweep:
         return kept
 
     def _ahead(self, cells: Array) -> tuple[NDArray[np.intp], Array]:
-        """Where in flattened [3, points] one is so many cells further along the path: before it, and the part beyond."""
+        """Where in flattened [3, points] it is so many cells further along the path: before it, and the part beyond."""
         at = np.minimum(self._index + cells, self._index[-1])
         before = np.minimum(at.astype(np.intp), self._index.size - 2)
         at -= before

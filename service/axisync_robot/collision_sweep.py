@@ -193,14 +193,14 @@ def nearest(sweep: Sweep, tolerance: float, share: float) -> list[tuple[Place | 
     Without spread they differ by at most `tolerance` (m) or `share` of the distance, whichever is more. A search ends
     at the first overlap that it meets: how deep it gets is no use to anyone. What one measures serves all.
     """
-    pool, best = sweep.begin(), [None] * sweep.spreads
+    pool, best = sweep.begin(), list[Place | None]([None] * sweep.spreads)
     floor, bounds = np.full(sweep.spreads, math.inf), np.full((sweep.spreads, len(pool)), -np.inf)
     while len(pool):
         order = np.argpartition(bounds.min(axis=0), BATCH)[:BATCH] if len(pool) > BATCH else np.arange(len(pool))
         batch, rest = pool.where(order), np.delete(np.arange(len(pool)), order)
         found = sweep.measure(batch)
-        best = [_nearer(place, batch, found, which) for which, place in enumerate(best)]
-        enough = np.array([_enough(place.distance, tolerance, share) for place in best])[:, None]
+        near = [_nearer(place, batch, found, which) for which, place in enumerate(best)]
+        enough = np.array([_enough(place.distance, tolerance, share) for place in near])[:, None]
         # Once hardly anything moves, what is left is spread, and that halving cannot shrink.
         open_ = (found.bound < enough) & (found.motion.max(axis=1) > tolerance / 16.0)
         wanted = open_.any(axis=0)
@@ -210,7 +210,8 @@ def nearest(sweep: Sweep, tolerance: float, share: float) -> list[tuple[Place | 
         kept = bounds < enough
         for done, at in ((~open_, found.bound), (~kept, bounds)):
             floor = np.minimum(floor, np.where(done, at, math.inf).min(axis=1, initial=math.inf))
-        pool, bounds = pool.where(kept.any(axis=0)), bounds[:, kept.any(axis=0)]
+        still = np.asarray(kept.any(axis=0), dtype=np.bool_)
+        pool, bounds, best = pool.where(still), bounds[:, still], [*near]
     return [(place, _floor(place, least)) for place, least in zip(best, floor.tolist(), strict=True)]
 
 

@@ -18,7 +18,7 @@ class Track:
     q: Array
     """[k, m], rad."""
     spreads: Array
-    """[s, k, m], rad: around each sample every axis may be off by as much, either way; s such widths are of interest."""
+    """[s, k, m], rad: around each sample every axis may be off by as much, either way; for s questions at once."""
     travel: Array
     """[k, m], rad: each axis's way since the start, both directions counted."""
     peaks: Array

@@ -200,7 +200,8 @@ def _across(problem: _Problem, track: _Track, found: Crossing) -> _Track:
 
 def _track(problem: _Problem, branch: int, first: int, start: Array) -> _Track:
     """From sample `first` on this branch, coming from joint angles start [6]; its samples count from `first`."""
-    angles, reachable, free = (values[first:].copy() for values in problem.branch(branch))
+    every, reached, singular = problem.branch(branch)
+    angles, reachable, free = every[first:].copy(), reached[first:].copy(), singular[first:]
     if free.any():
         _hold_wrist(problem.inverse, problem.poses[first:], start, branch, angles, reachable, free)
     steps = np.diff(angles, axis=0, prepend=start[None])

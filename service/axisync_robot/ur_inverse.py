@@ -151,7 +151,7 @@ class UrInverse:
         return np.ascontiguousarray(q.transpose(2, 1, 0)), reachable.T, free.T
 
     def _nearest(self, poses: ArrayLike, reference: ArrayLike, sides: _Sides) -> tuple[Array, Array, Mask, Mask]:
-        """Joint angles [6, b, k], not yet turned near the reference [6, k]; reachable and free [b, k]; of b branches."""
+        """Joint angles [6, b, k] not yet turned near the reference [6, k]; reachable and free [b, k] of b branches."""
         targets = np.asarray(poses, dtype=np.float64)
         if targets.ndim != 3 or targets.shape[1:] != (4, 4) or not np.isfinite(targets).all():
             raise ValueError(f"finite poses [k, 4, 4] are expected, not {targets.shape}")
@@ -247,7 +247,9 @@ class UrInverse:
             target[:, shoulder, lane] = value
 
     def _elbow(self, u: Array, w: Array, near: Array, sides: tuple[float, ...]) -> tuple[Array, Array, Mask]:
-        """q2, q3 [elbows, wrists, shoulders, k] and reachable [wrists, shoulders, k]: u + iw = e^(i q2) (a2 + a3 e^(i q3)).
+        """q2, q3 [elbows, wrists, shoulders, k] and reachable [wrists, shoulders, k].
+
+        u + iw = e^(i q2) (a2 + a3 e^(i q3)).
 
         The sine by Heron's product, in which nothing cancels when the arm is stretched or folded.
         """
