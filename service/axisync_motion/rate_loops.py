@@ -76,7 +76,7 @@ def sweep(
 ) -> None:
     """One table, out[levels, points], level by level."""
     levels, points = out.shape
-    w, before, slope, most, by_j, allowed, nearest, u, along = np.empty((9, points))
+    w, before, slope, most, by_j, allowed, nearest, u, along, at = np.empty((10, points))
     for p in range(points):
         w[p], slope[p] = 0.0, steepest
     curvature(pulling, rates[0], w, share[0], steepest, nearest)
@@ -93,7 +93,7 @@ def sweep(
         for _ in range(ROUNDS):
             curvature(pulling, rate, w, share[0], steepest, allowed)
             sum_up(allowed, nearest, u, along)
-            go_on(before, u, along, dr, middle / width, w)
+            go_on(before, u, along, dr, middle / width, at, w)
             keep_passable(most, along, width / max(rate, 1e-9), w)
         for p in range(points):
             nearest[p] = allowed[p]
@@ -147,18 +147,19 @@ def sum_up(allowed: Array, nearest: Array, u: Array, along: Array) -> None:
         total += u[p]
 
 
-def go_on(before: Array, u: Array, along: Array, dr: float, per_cell: float, w: Array) -> None:
+def go_on(before: Array, u: Array, along: Array, dr: float, per_cell: float, at: Array, w: Array) -> None:
     """|w| at this level, from what it is at the level before where the path will be then."""
     last = u.size - 1
     for p in range(u.size):
-        cells = 2.0 * dr / max(before[p] + w[p], 1e-6) * per_cell
-        at = min(p + cells, float(last))
-        i = min(int(at), last - 1)
-        part = at - i
+        at[p] = min(p + 2.0 * dr / max(before[p] + w[p], 1e-6) * per_cell, float(last))
+    for p in range(u.size):
+        i = min(int(at[p]), last - 1)
+        part = at[p] - i
         there = before[i] + part * (before[i + 1] - before[i])
-        passed = along[i] + part * (along[i + 1] - along[i]) - along[p]
-        mean = min(passed / max(min(cells, float(last - p)), 1e-9), u[p])
-        w[p] = sqrt(max(there * there + 2.0 * dr * mean, 0.0))
+        w[p] = there * there
+        u[p] = min((along[i] + part * (along[i + 1] - along[i]) - along[p]) / max(at[p] - p, 1e-9), u[p])
+    for p in range(u.size):
+        w[p] = sqrt(max(w[p] + 2.0 * dr * u[p], 0.0))
 
 
 def keep_passable(most: Array, along: Array, per_sum: float, w: Array) -> None:

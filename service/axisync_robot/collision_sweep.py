@@ -22,7 +22,9 @@ from axisync_robot.collision_track import Track
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-PARTS, BEGIN_PARTS = 4, 16
+PARTS = 4
+BEGIN_PARTS, BEGIN_WAY = 16, 0.05
+"""At most, and m: a path along which some pair moves farther than that is begun in parts."""
 BATCH = 4096
 """Nodes measured at once: enough for numpy to be fast, few enough that the best come first."""
 
@@ -46,6 +48,8 @@ class Nodes:
 
     def joined(self, other: "Nodes") -> "Nodes":
         """Both."""
+        if not len(other):
+            return self
         return Nodes(
             np.concatenate((self.pair, other.pair)),
             np.concatenate((self.low, other.low)),
@@ -55,7 +59,9 @@ class Nodes:
     def split(self, motion: Array) -> "Nodes":
         """Quarters of the stretch that moves most, motion[n, t]; every other one stays."""
         row, side = np.arange(len(self)), motion.argmax(axis=1)
-        edges = np.linspace(self.low[row, side], self.high[row, side], PARTS + 1)
+        begin, end = self.low[row, side], self.high[row, side]
+        edges = begin + np.linspace(0.0, 1.0, PARTS + 1)[:, None] * (end - begin)
+        edges[-1] = end
         low, high = np.tile(self.low, (PARTS, 1)), np.tile(self.high, (PARTS, 1))
         every, sides = np.arange(PARTS * len(self)), np.tile(side, PARTS)
         low[every, sides], high[every, sides] = edges[:-1].ravel(), edges[1:].ravel()
@@ -112,13 +118,15 @@ class Sweep:
         return Nodes(self._pairs, np.zeros(size), np.zeros(size) + [track.end for track in self.tracks])
 
     def begin(self) -> Nodes:
-        """Every pair with all of every path, one path in parts: hardly a pair is far enough to do with fewer."""
+        """Every pair with all of every path; one long path in parts, since few pairs are far enough to need none."""
         nodes = self.whole()
-        if len(self.tracks) > 1 or not self.tracks[0].end:
+        way = self._ways[0][-1, self._pairs].max(initial=0.0)
+        parts = int(min(way / BEGIN_WAY, BEGIN_PARTS))
+        if len(self.tracks) > 1 or parts < 2:
             return nodes
-        edges = np.linspace(0.0, self.tracks[0].end, BEGIN_PARTS + 1)
+        edges = np.linspace(0.0, self.tracks[0].end, parts + 1)
         low, high = (np.repeat(side, len(nodes))[:, None] for side in (edges[:-1], edges[1:]))
-        return Nodes(np.tile(nodes.pair, BEGIN_PARTS), low, high)
+        return Nodes(np.tile(nodes.pair, parts), low, high)
 
     @property
     def spreads(self) -> int:
@@ -196,8 +204,8 @@ def nearest(sweep: Sweep, tolerance: float, share: float) -> list[tuple[Place | 
     pool, best = sweep.begin(), list[Place | None]([None] * sweep.spreads)
     floor, bounds = np.full(sweep.spreads, math.inf), np.full((sweep.spreads, len(pool)), -np.inf)
     while len(pool):
-        order = np.argpartition(bounds.min(axis=0), BATCH)[:BATCH] if len(pool) > BATCH else np.arange(len(pool))
-        batch, rest = pool.where(order), np.delete(np.arange(len(pool)), order)
+        order = np.argpartition(bounds.min(axis=0), BATCH) if len(pool) > BATCH else np.arange(len(pool))
+        batch, rest = pool.where(order[:BATCH]), order[BATCH:]
         found = sweep.measure(batch)
         near = [_nearer(place, batch, found, which) for which, place in enumerate(best)]
         enough = np.array([_enough(place.distance, tolerance, share) for place in near])[:, None]

@@ -52,9 +52,9 @@ class Sampled:
     @classmethod
     def of(cls, trajectory: Trajectory, cell: Cell, axes: tuple[int, ...]) -> "Sampled":
         """Fine enough for `CHORD`."""
-        bent = np.abs(trajectory.sample(trajectory.knots)[2]).max(initial=0.0)
         middle = 0.5 * (trajectory.knots[1:] + trajectory.knots[:-1])
-        bent = max(float(bent), float(np.abs(trajectory.sample(middle)[2]).max(initial=0.0)), 1e-9)
+        bends = np.abs(trajectory.sample(np.concatenate((trajectory.knots, middle)))[2])
+        bent = max(float(bends.max(initial=0.0)), 1e-9)
         count = max(FEWEST, math.ceil(trajectory.duration / math.sqrt(8.0 * CHORD / bent)) + 1)
         times = np.linspace(0.0, trajectory.duration, count)
         q, v, a, _ = trajectory.sample(times)
