@@ -84,7 +84,7 @@ class Arm:
         angles = np.asarray(q, dtype=np.float64)
         if angles.ndim != 2 or angles.shape[1] != self.joints:
             raise ValueError(f"rows of {self.joints} joint angles are expected, not {angles.shape}")
-        for axes, origin in self.chain.each_frame(angles, self.base):
+        for axes, origin in self.chain.frames(angles, self.base):
             last = axes, origin
         columns = np.concatenate((last[0].reshape(3, -1), last[1].reshape(1, -1)))
         tool = ((self.chain.flange @ self.tool).T @ columns).reshape(4, 3, -1)

@@ -68,13 +68,11 @@ class Chain:
         """[n, 3] from each joint's origin to the next one's, the last to the flange's, in the joint's frame, m."""
         return np.concatenate((self.joints[1:, :3, 3], self.flange[None, :3, 3]))
 
-    def frames(self, q: Array, base: Array) -> tuple[Array, Array]:
-        """Joint frames, turned, at q [m, n], rad, from base [4, 4]: rotations [m, n, 3, 3], origins [m, n, 3] (m)."""
-        axes, origins = map(np.array, zip(*self.each_frame(q, base), strict=True))
-        return axes.transpose(3, 0, 2, 1), origins.transpose(2, 0, 1)
+    def frames(self, q: Array, base: Array) -> Iterator[tuple[Array, Array]]:
+        """Each joint's frame, turned, at q [m, n], rad, from base [4, 4]: its axes x, y, z [3, 3, m], its origin [3, m].
 
-    def each_frame(self, q: Array, base: Array) -> Iterator[tuple[Array, Array]]:
-        """As `frames`, joint by joint, with poses last, as numpy is quickest: axes x, y, z [3, 3, m], origin [3, m]."""
+        Of an axis the three coordinates, then poses last, as numpy is quickest. Lengths in m.
+        """
         cosines, sines = np.cos(q.T), np.sin(q.T)
         axes, origin = np.repeat(base[:3, :3].T[..., None], len(q), axis=2), base[:3, 3, None]
         for placement, c, s in zip(self.joints, cosines, sines, strict=True):

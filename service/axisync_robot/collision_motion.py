@@ -34,7 +34,7 @@ class ArmSegments:
             poses = np.ascontiguousarray(q)
             compiled.segment_ends(self._chain.joints, self._base, self._joint, self._local, poses, out)
             return out
-        frames = list(self._chain.each_frame(q, self._base))
+        frames = list(self._chain.frames(q, self._base))
         ends = np.empty((len(self._joint), 2, 3, len(q)))
         for own, joint, local in zip(ends, self._joint, self._local, strict=True):
             axes, origin = frames[joint]

@@ -67,10 +67,13 @@ class _Problem:
     _branches: dict[int, tuple[Array, Mask, Mask]] = field(default_factory=dict)
 
     def branch(self, number: int) -> tuple[Array, Mask, Mask]:
-        """Angles [k, 6], reachable and free [k]."""
+        """Angles [k, 6], reachable and free [k]. From the third branch on, all are solved at once."""
         if number not in self._branches:
-            angles, reachable, free = self.inverse.solve_unlimited(self.poses, self.start, number)
-            self._branches[number] = angles[:, 0], reachable[:, 0], free[:, 0]
+            if "every" in vars(self) or len(self._branches) > 1:
+                (angles, reachable, free), column = self.every, number
+            else:
+                (angles, reachable, free), column = self.inverse.solve_unlimited(self.poses, self.start, number), 0
+            self._branches[number] = angles[:, column], reachable[:, column], free[:, column]
         return self._branches[number]
 
     @cached_property
