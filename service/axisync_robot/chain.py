@@ -69,7 +69,7 @@ class Chain:
         return np.concatenate((self.joints[1:, :3, 3], self.flange[None, :3, 3]))
 
     def frames(self, q: Array, base: Array) -> Iterator[tuple[Array, Array]]:
-        """Each joint's frame, turned, at q [m, n], rad, from base [4, 4]: its axes x, y, z [3, 3, m], its origin [3, m].
+        """Joint by joint its frame at q [m, n], rad, from base [4, 4]: the axes x, y, z [3, 3, m], the origin [3, m].
 
         Of an axis the three coordinates, then poses last, as numpy is quickest. Lengths in m.
         """
