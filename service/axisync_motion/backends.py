@@ -19,11 +19,12 @@ _log = logging.getLogger(__name__)
 
 
 class Kernels(NamedTuple):
-    """The compiled functions, by the names that they have in closed_forms.py and bound_loops.py."""
+    """The compiled functions, by the names that they have in closed_forms.py, bound_loops.py and rate_loops.py."""
 
     plan_move: Callable[[Array, int, float, bool, Array, Array], float]
     plan_batch: Callable[[Array, Array, int, Array, bool, Array, Array, Array, Array], bool]
     cell_bounds: Callable[[Array, Array, Array, Array, Array], None]
+    rate_slopes: Callable[[Array, Array, Array, float, Array, Array, Array, Array, Array], None]
 
 
 class _Choice:

@@ -1,4 +1,4 @@
-"""closed_forms.py and bound_loops.py, compiled by numba. Imported by backends.py only, when it is chosen.
+"""closed_forms.py, bound_loops.py and rate_loops.py, compiled by numba. Imported when backends.py chooses it.
 
 With explicit signatures all is compiled, or read from numba's cache, on import and nothing later. Without fastmath no
 operation is reordered or contracted: results are those of the same functions run by Python. Raises what numba raises.
@@ -13,7 +13,7 @@ from numba import boolean, float64, int64, njit, void
 from numba.core import config
 from numba.extending import overload, register_jitable
 
-from . import bound_loops, closed_forms
+from . import bound_loops, closed_forms, rate_loops
 from .backends import Kernels
 
 VECTOR, MATRIX, BLOCK = float64[::1], float64[:, ::1], float64[:, :, ::1]
@@ -33,11 +33,20 @@ CALLED = (
     bound_loops.shift,
     bound_loops.differentiate,
     bound_loops.hull,
+    rate_loops.moves,
+    rate_loops.fill_rows,
+    rate_loops.sweep,
+    rate_loops.curvature,
+    rate_loops.fastest,
+    rate_loops.sum_up,
+    rate_loops.go_on,
+    rate_loops.keep_passable,
 )
 """What the compiled functions call."""
 
 
-def _compile(function: Callable[..., Any], signature: object) -> Callable[..., Any]:
+def compile_now(function: Callable[..., Any], signature: object) -> Callable[..., Any]:
+    """For these types; or read from numba's cache."""
     compiled: Callable[..., Any] = njit([signature], cache=True, error_model="numpy")(function)
     return compiled
 
@@ -49,7 +58,11 @@ for _function in CALLED:
     register_jitable(_function)
 
 KERNELS = Kernels(
-    _compile(closed_forms.plan_move, float64(MATRIX, int64, float64, boolean, MATRIX, MATRIX)),
-    _compile(closed_forms.plan_batch, boolean(MATRIX, MATRIX, int64, VECTOR, boolean, BLOCK, BLOCK, VECTOR, VECTOR)),
-    _compile(bound_loops.cell_bounds, void(VECTOR, BLOCK, VECTOR, MATRIX, MATRIX)),
+    compile_now(closed_forms.plan_move, float64(MATRIX, int64, float64, boolean, MATRIX, MATRIX)),
+    compile_now(closed_forms.plan_batch, boolean(MATRIX, MATRIX, int64, VECTOR, boolean, BLOCK, BLOCK, VECTOR, VECTOR)),
+    compile_now(bound_loops.cell_bounds, void(VECTOR, BLOCK, VECTOR, MATRIX, MATRIX)),
+    compile_now(
+        rate_loops.rate_slopes,
+        void(BLOCK, MATRIX, MATRIX, float64, VECTOR, MATRIX, MATRIX, VECTOR, BLOCK),
+    ),
 )

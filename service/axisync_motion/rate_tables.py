@@ -16,9 +16,11 @@ from math import sqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .backends import kernels
 from .closed_forms import Array
 from .errors import InvalidLimits
 from .path_bounds import cell_bounds
+from .rate_loops import ROUNDS, TINY
 from .trajectory import Trajectory
 
 LEVELS = 20
@@ -31,9 +33,7 @@ NOT_WORTH = np.array([0.0, 0.01, 0.01])[:, np.newaxis, np.newaxis]
 """1/s: so little is left out, where a move uses all of its limits and its rate can hardly be changed."""
 CELLS_PER_STOP = 48
 LEAST_CELLS, MOST_CELLS = 64, 500
-ROUNDS = 2
 ROUNDING = 1e-9  # by which a path that goes as fast as it may can exceed its own limit
-TINY = 1e-30
 
 # Of what is possible in stop, fall and rise: the rest makes up for what tables made of samples do not see, so that the
 # cycle can keep to them. Within the limits of moves little is left near rate 1, and a stop needs no such haste.
@@ -114,8 +114,8 @@ def rate_tables(
     _check_above("a_stop", a2, own[1])
     _check_above("j_stop", j2, own[2])
     a, j = np.maximum(a, own[1]), np.maximum(j, own[2])
-    sweep = _Sweep(cell_bounds(trajectory, cells), np.array([a2, a, a]), np.array([j2, j, j]), duration / cells)
-    slopes = np.maximum(sweep.run() - NOT_WORTH, 0.0)
+    found = _slopes(cell_bounds(trajectory, cells), np.array([a2, a, a]), np.array([j2, j, j]), duration / cells)
+    slopes = np.maximum(found - NOT_WORTH, 0.0)
     codes = np.minimum(slopes / UNIT[..., np.newaxis], 65535.0).astype(np.uint16)
     return RateTables(codes, np.array([a, j, a2, j2]))
 
@@ -141,6 +141,17 @@ def _check_above(name: str, limit: Array, own: Array) -> None:
         raise InvalidLimits(name, float(limit[axis]), f"above the path's own {float(own[axis])!r}", axis)
 
 
+def _slopes(bounds: Array, a: Array, j: Array, width: float) -> Array:
+    """[3, LEVELS + 1, points] |w| / x; arguments as of _Sweep."""
+    compiled = kernels()
+    if compiled is None:
+        return _Sweep(bounds, a, j, width).run()
+    out = np.empty((3, LEVELS + 1, bounds.shape[0]))
+    shares = np.concatenate([SHARE_U, SHARE_A, SHARE_J], axis=1)
+    compiled.rate_slopes(bounds, a, j, width, X, RATES, shares, STEEPEST[:, 0].copy(), out)
+    return out
+
+
 class _Sweep:
     """The three tables at once: arrays [3, points], and [3, rows, points] with a row for each way an axis moves.
 
@@ -161,13 +172,16 @@ class _Sweep:
         self._jerking = self._third[:, moves] * inverse
         self._turning = 3.0 * back2[moves] * inverse
         self._room_a, self._room_j = a[:, moves] * inverse, j[:, moves] * inverse
-        self._width, self._index = width, np.arange(q1.shape[1], dtype=np.float64)
+        points = q1.shape[1]
+        self._width, self._index = width, np.arange(points, dtype=np.float64)
+        self._left = self._index[-1] - self._index
+        self._begins = points * np.arange(3)[:, np.newaxis]
 
     def run(self) -> Array:
         """[3, LEVELS + 1, points] |w| / x."""
         w = np.zeros((3, self._index.size))
         slope = w + STEEPEST
-        nearest = np.maximum(self._curvature(self._room(0), np.zeros((1, 1, 1)), w), 0.0)
+        nearest = np.maximum(self._curvature(self._room(0), self._turning, w), 0.0)
         out = np.empty((3, LEVELS + 1, w.shape[1]))
         out[:, 0] = np.sqrt(2.0 * nearest)
         for level in range(1, LEVELS + 1):
@@ -192,7 +206,10 @@ class _Sweep:
             u = np.minimum(allowed, nearest)  # less may be left nearer to rest
             along = np.zeros_like(u)
             np.cumsum(u[:, :-1], axis=1, out=along[:, 1:])
-            there, mean = self._ahead(before, cells), np.minimum(self._mean(along, cells), u)
+            index, part = self._ahead(cells)
+            there = _between(before, index, part)
+            mean = (_between(along, index, part) - along) / np.maximum(np.minimum(cells, self._left), 1e-9)
+            mean = np.minimum(mean, u)
             w = np.sqrt(np.maximum(there * there + 2.0 * dr * mean, 0.0))
             passed = along * (width / np.maximum(rate, 1e-9))
             passable = np.minimum.accumulate((most + passed)[:, ::-1], axis=1)[:, ::-1] - passed
@@ -201,35 +218,43 @@ class _Sweep:
 
     def _room(self, level: int) -> Array:
         """u that each row leaves at w = 0."""
-        cubes = RATES[:, level, np.newaxis, np.newaxis] ** 3
-        room: Array = self._room_j - self._jerking * cubes
-        return room
+        return _less(self._room_j, self._jerking * RATES[:, level, np.newaxis, np.newaxis] ** 3)
 
     def _most(self, level: int) -> Array:
         """|w| for which every row's acceleration is within its limit, and its jerk with u = 0."""
         rates = RATES[:, level, np.newaxis, np.newaxis]
-        by_a = (self._room_a - self._accelerating * rates**2).min(axis=1, initial=np.inf)
-        by_j = ((self._jerk - self._third * rates**3) * self._per_turning).min(axis=1, initial=np.inf)
-        by_j = by_j / np.maximum(rates[:, 0], TINY)
+        by_a = _less(self._room_a, self._accelerating * rates**2).min(axis=1, initial=np.inf)
+        left = _less(self._jerk, self._third * rates**3)
+        left *= self._per_turning
+        by_j = left.min(axis=1, initial=np.inf) / np.maximum(rates[:, 0], TINY)
         most: Array = np.clip(np.minimum(SHARE_A * by_a, SHARE_J * by_j), 0.0, STEEPEST * X[level])
         return most
 
     def _curvature(self, room: Array, turning: Array, w: Array) -> Array:
         """u that every row allows at |w|."""
-        u = (room - turning * w[:, np.newaxis]).min(axis=1, initial=np.inf)
+        u = _less(room, turning * w[:, np.newaxis]).min(axis=1, initial=np.inf)
         kept: Array = np.minimum(np.where(u > 0.0, SHARE_U * u, u / SHARE_U), STEEPEST**2)
         return kept
 
-    def _ahead(self, values: Array, cells: Array) -> Array:
-        """Values so many cells further along the path."""
-        index = self._index
-        return np.array([np.interp(index + shift, index, row) for shift, row in zip(cells, values, strict=True)])
+    def _ahead(self, cells: Array) -> tuple[NDArray[np.intp], Array]:
+        """Where in flattened [3, points] it is so many cells further along the path: before it, and the part beyond."""
+        at = np.minimum(self._index + cells, self._index[-1])
+        before = np.minimum(at.astype(np.intp), self._index.size - 2)
+        at -= before
+        before += self._begins
+        return before, at
 
-    def _mean(self, sums: Array, cells: Array) -> Array:
-        """Means over so many cells from each one on, of values whose running sums these are."""
-        left = self._index[-1] - self._index
-        mean: Array = (self._ahead(sums, cells) - sums) / np.maximum(np.minimum(cells, left), 1e-9)
-        return mean
+
+def _less(limit: Array, used: Array) -> Array:
+    """What is left of a limit, in the place of what is used: no more memory than is needed passes the cache."""
+    left: Array = np.subtract(limit, used, out=used)
+    return left
+
+
+def _between(values: Array, index: NDArray[np.intp], part: Array) -> Array:
+    """Values [3, points] part of the way from one point, an index of them flattened, to the next."""
+    low: Array = values.take(index)
+    return low + part * (values.take(index + 1) - low)
 
 
 def _negated(bounds: Array) -> Array:

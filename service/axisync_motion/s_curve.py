@@ -157,11 +157,13 @@ def rising(phase: int, tau: X, curve: Curve[X], pulse: Pulse) -> tuple[X, X, X, 
 def rising_states(tau: Array, phase: NDArray[np.intp], curve: Curve[Array], pulse: Pulse) -> Array:
     """As `rising`, for arrays tau and phase of one shape to which the curve's broadcast: [6, *shape]."""
     out = np.zeros((6, *tau.shape))
+    full = np.empty((len(curve), *tau.shape))
+    for row, part in zip(full, curve, strict=True):
+        row[...] = part
     for p in range(4):
         mask = phase == p
         if mask.any():
-            part = Curve(*(np.broadcast_to(x, tau.shape)[mask] for x in curve))
-            out[:, mask] = rising(p, tau[mask], part, pulse)
+            out[:, mask] = rising(p, tau[mask], Curve(*full[:, mask]), pulse)
     return out
 
 

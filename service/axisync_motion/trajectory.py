@@ -65,7 +65,10 @@ class Trajectory:
         if last >= 0:
             index = np.clip(np.searchsorted(self.knots, values, side="right") - 1, 0, last)
             x = (values - self.knots[index])[:, np.newaxis]
-            _horner(derivative_table(self.coefficients[index]).transpose(1, 2, 0, 3), x, out)
+            chosen = self.coefficients
+            if values.size <= last:  # fewer samples than segments
+                chosen, index = chosen[index], np.arange(values.size)
+            _horner(derivative_table(chosen).transpose(1, 2, 0, 3), index, x, out)
         out[:, before | after] = 0.0
         out[0, before] = self.start
         out[0, after] = self.end
@@ -140,13 +143,13 @@ def derivative_table(coefficients: Array) -> Array:
     return table
 
 
-def _horner(table: Array, x: Array, out: Array) -> None:
-    """Evaluate [order, ...] ascending coefficients at x, in the order of operations of Evaluator.at."""
-    multiply(table[-1], x, out)
+def _horner(table: Array, index: NDArray[np.intp], x: Array, out: Array) -> None:
+    """Evaluate ascending coefficients [order, 4, m, n], those at `index` [k], at x [k, 1], in Evaluator.at's order."""
+    multiply(table[-1].take(index, axis=1), x, out)
     for row in table[-2:0:-1]:
-        add(out, row, out)
+        add(out, row.take(index, axis=1), out)
         multiply(out, x, out)
-    add(out, table[0], out)
+    add(out, table[0].take(index, axis=1), out)
 
 
 def concatenate(trajectories: list[Trajectory], dwells: list[float] | None = None) -> Trajectory:

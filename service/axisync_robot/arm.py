@@ -84,10 +84,12 @@ class Arm:
         angles = np.asarray(q, dtype=np.float64)
         if angles.ndim != 2 or angles.shape[1] != self.joints:
             raise ValueError(f"rows of {self.joints} joint angles are expected, not {angles.shape}")
-        turns, origins = self.chain.frames(angles, self.base)
-        last = np.zeros((len(angles), 4, 4))
-        last[:, :3, :3], last[:, :3, 3], last[:, 3, 3] = turns[:, -1], origins[:, -1], 1.0
-        poses: Array = last @ (self.chain.flange @ self.tool)
+        for axes, origin in self.chain.frames(angles, self.base):
+            last = axes, origin
+        columns = np.concatenate((last[0].reshape(3, -1), last[1].reshape(1, -1)))
+        tool = ((self.chain.flange @ self.tool).T @ columns).reshape(4, 3, -1)
+        poses = np.zeros((len(angles), 4, 4))
+        poses[:, :3], poses[:, 3, 3] = tool.transpose(2, 1, 0), 1.0
         return poses
 
     def forward(self, q: Sequence[float] | Array) -> tuple[Position, Quaternion]:

@@ -1,7 +1,7 @@
 """A serial arm as a chain of frames, however it was described: each joint turns about z of its own frame."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,16 +46,6 @@ def base_placement(base: Pose) -> pinocchio.SE3:
     return pinocchio.SE3(rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll), np.array(base.position))
 
 
-def about_z(angles: Array) -> Array:
-    """[..., 3, 3] of angles [...], rad."""
-    turns = np.zeros((*angles.shape, 3, 3))
-    turns[..., 0, 0] = turns[..., 1, 1] = np.cos(angles)
-    turns[..., 1, 0] = np.sin(angles)
-    turns[..., 0, 1] = -turns[..., 1, 0]
-    turns[..., 2, 2] = 1.0
-    return turns
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Chain:
     """Frames at joint angles zero.
@@ -78,16 +68,22 @@ class Chain:
         """[n, 3] from each joint's origin to the next one's, the last to the flange's, in the joint's frame, m."""
         return np.concatenate((self.joints[1:, :3, 3], self.flange[None, :3, 3]))
 
-    def frames(self, q: Array, base: Array) -> tuple[Array, Array]:
-        """Joint frames, turned, at q [m, n], rad, from base [4, 4]: rotations [m, n, 3, 3], origins [m, n, 3] (m)."""
-        turned = about_z(q)
-        turns, origins = np.empty_like(turned), np.empty(turned.shape[:3])
-        turn, origin = base[:3, :3], base[:3, 3]
-        for joint, placement in enumerate(self.joints):
-            origin = origin + turn @ placement[:3, 3]
-            turn = turn @ placement[:3, :3] @ turned[:, joint]
-            turns[:, joint], origins[:, joint] = turn, origin
-        return turns, origins
+    def frames(self, q: Array, base: Array) -> Iterator[tuple[Array, Array]]:
+        """Joint by joint its frame at q [m, n], rad, from base [4, 4]: the axes x, y, z [3, 3, m], the origin [3, m].
+
+        Of an axis the three coordinates, then poses last, as numpy is quickest. Lengths in m.
+        """
+        cosines, sines = np.cos(q.T), np.sin(q.T)
+        axes, origin = np.repeat(base[:3, :3].T[..., None], len(q), axis=2), base[:3, 3, None]
+        for placement, c, s in zip(self.joints, cosines, sines, strict=True):
+            before = axes.reshape(3, -1)
+            origin = origin + (placement[:3, 3] @ before).reshape(3, -1)
+            x, y, z = (placement[:3, :3].T @ before).reshape(3, 3, -1)
+            axes = np.empty((3, 3, len(q)))
+            axes[2] = z
+            np.add(c * x, s * y, out=axes[0])
+            np.subtract(c * y, s * x, out=axes[1])
+            yield axes, origin
 
 
 def chain_of_rows(rows: Sequence[DenavitHartenberg]) -> Chain:

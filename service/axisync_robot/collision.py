@@ -108,13 +108,29 @@ class CollisionModel:
             ValueError: shapes that do not fit, or a contact that the cell file does not have.
             KeyError: no such group.
         """
+        return self.check_widened(q, [(margin, spread)], group=group, rest=rest, contacts=contacts)[0]
+
+    def check_widened(
+        self,
+        q: ArrayLike,
+        widened: Sequence[tuple[float | None, ArrayLike | None]],
+        *,
+        group: str = "all",
+        rest: ArrayLike | None = None,
+        contacts: Contacts = (),
+    ) -> list[Check]:
+        """As `check_path` with each of these margins and spreads, in one search: what one of them measures serves all.
+
+        Raises:
+            ValueError, KeyError: as `check_path`.
+        """
         axes = self._cell.axis_indices(group)
-        track = Track.of(axes, q, spread)
+        track = Track.of(axes, q, *(spread for _, spread in widened))
         if rest is None and len(axes) < len(self._cell.axes):
             raise ValueError(f"{group} is not the whole cell: rest says where the other axes are")
         pose = np.zeros(len(self._cell.axes)) if rest is None else self._pose(rest)
         touched = self._moved_by(axes).any(axis=1)
-        return self._check([track], pose, touched & ~self._excused(contacts), margin)
+        return self._check([track], pose, touched & ~self._excused(contacts), [margin for margin, _ in widened])
 
     def check_sweeps(
         self,
@@ -142,20 +158,31 @@ class CollisionModel:
         first, second = self._moved_by(axes[0]), self._moved_by(axes[1])
         between = (first[:, 0] & second[:, 1]) | (first[:, 1] & second[:, 0])
         rest = np.zeros(len(self._cell.axes))
-        return self._check(tracks, rest, between & ~self._excused(contacts), margin)
+        return self._check(tracks, rest, between & ~self._excused(contacts), [margin])[0]
 
-    def _check(self, tracks: list[Track], rest: Array, watched: NDArray[np.bool_], margin: float | None) -> Check:
-        keep = self._cell.geometry.margin if margin is None else margin
-        if not 0.0 <= keep < math.inf:
-            raise ValueError(f"margin is {keep:g} m; it must be finite and not negative")
+    def _check(
+        self, tracks: list[Track], rest: Array, watched: NDArray[np.bool_], margins: Sequence[float | None]
+    ) -> list[Check]:
+        """By the tracks' spreads, a margin each."""
+        keep = [self._cell.geometry.margin if margin is None else margin for margin in margins]
+        for margin in keep:
+            if not 0.0 <= margin < math.inf:
+                raise ValueError(f"margin is {margin:g} m; it must be finite and not negative")
         sweep = Sweep(self._shapes, self._reach, rest, tracks, np.flatnonzero(watched))
-        least, floor = nearest(sweep, TOLERANCE, SHARE)
-        found = None
-        if len(tracks) > 1 and least is not None and least.distance < keep:
-            found = least
-        elif floor < keep:
-            found = first_below(sweep, keep, RESOLUTION if len(tracks) == 1 else TOLERANCE)
-        return Check(keep, self._near(least), self._near(found))
+        found = nearest(sweep, TOLERANCE, SHARE)
+        return [
+            Check(margin, self._near(least), self._near(self._violation(sweep, which, margin, least, floor)))
+            for which, (margin, (least, floor)) in enumerate(zip(keep, found, strict=True))
+        ]
+
+    def _violation(self, sweep: Sweep, which: int, margin: float, least: Place | None, floor: float) -> Place | None:
+        """What does not keep the margin, given the nearest place that was found and what nothing falls below."""
+        between = len(sweep.tracks) > 1
+        if between and least is not None and least.distance < margin:
+            return least
+        if floor < margin:
+            return first_below(sweep, margin, TOLERANCE if between else RESOLUTION, which)
+        return None
 
     def _near(self, place: Place | None) -> Near | None:
         return None if place is None else Near(place.distance, self._words(place.pair), place.places)

@@ -1,15 +1,19 @@
 """Where the capsules of an arm are at many poses at once, and how far a joint's turn can carry them at most."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisync_robot.chain import Chain, base_placement
 from axisync_robot.collision_shapes import LinkCapsule, Shapes
+from axisync_robot.kernels import kernels
 from axisync_schemas.cell import Pose
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
 class ArmSegments:
@@ -17,17 +21,47 @@ class ArmSegments:
 
     def __init__(self, base: Pose, chain: Chain, capsules: Sequence[LinkCapsule]) -> None:
         """Capsules of this arm, in the order wanted."""
-        self._base: Array = base_placement(base).homogeneous
+        self._base: Array = np.ascontiguousarray(base_placement(base).homogeneous)
         self._chain = chain
         self._joint = np.array([c.joint for c in capsules], dtype=np.intp)
         self._local = np.array([[c.start, c.end] for c in capsules]).reshape(-1, 2, 3)
 
     def at(self, q: Array) -> Array:
         """[m, c, 2, 3] ends of the segments in frame O at the arm's poses q[m, n], rad."""
-        turns, origins = self._chain.frames(q, self._base)
-        local = np.einsum("mcij,ckj->mcki", turns[:, self._joint], self._local)
-        ends: Array = origins[:, self._joint, None, :] + local
-        return ends
+        compiled = kernels()
+        if compiled is not None:
+            out = np.empty((len(q), *self._local.shape))
+            poses = np.ascontiguousarray(q)
+            compiled.segment_ends(self._chain.joints, self._base, self._joint, self._local, poses, out)
+            return out
+        frames = list(self._chain.frames(q, self._base))
+        ends = np.empty((len(self._joint), 2, 3, len(q)))
+        for own, joint, local in zip(ends, self._joint, self._local, strict=True):
+            axes, origin = frames[joint]
+            np.add((local @ axes.reshape(3, -1)).reshape(2, 3, -1), origin, out=own)
+        return ends.transpose(3, 0, 1, 2)
+
+
+@dataclass(frozen=True, slots=True)
+class CellArm:
+    """An arm of a cell, with all that is on it."""
+
+    segments: ArmSegments
+    capsules: Indices
+    """Which capsules of the cell they are."""
+    axes: Indices
+
+
+@lru_cache(maxsize=8)
+def arms_of(shapes: Shapes) -> tuple[CellArm, ...]:
+    """The arms that have capsules."""
+    found = []
+    for number, group in enumerate(shapes.cell.groups):
+        own = [i for i, c in enumerate(shapes.capsules) if c.group == number]
+        if own:
+            segments = ArmSegments(group.base, shapes.chain(number), [shapes.capsules[i] for i in own])
+            found.append(CellArm(segments, np.array(own), np.array(shapes.cell.axis_indices(group.name))))
+    return tuple(found)
 
 
 def reach(chain: Chain, capsule: LinkCapsule) -> Array:

@@ -48,7 +48,7 @@ class FixedBox:
     """[3], half its edges."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shapes:
     """All shapes of a cell. A shape's number is its place in `capsules`, then in `boxes`."""
 
@@ -84,6 +84,19 @@ class Shapes:
     def words(self) -> tuple[str, ...]:
         """Each shape as people read it."""
         return tuple(c.words for c in self.capsules) + tuple(b.name for b in self.boxes)
+
+    @cached_property
+    def radii(self) -> Array:
+        """[c + b] m, of each shape; a box has none."""
+        return np.array([c.radius for c in self.capsules] + [0.0] * len(self.boxes))
+
+    @cached_property
+    def box_arrays(self) -> tuple[Array, Array, Array]:
+        """Of all boxes: rotations [b, 3, 3], positions and halves [b, 3]."""
+        rotation, position, half = (
+            np.array([getattr(b, name) for b in self.boxes]) for name in ("rotation", "position", "half")
+        )
+        return rotation.reshape(-1, 3, 3), position.reshape(-1, 3), half.reshape(-1, 3)
 
     @cached_property
     def pairs(self) -> Indices:

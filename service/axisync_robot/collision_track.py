@@ -17,14 +17,16 @@ class Track:
     """[m], numbers within the cell."""
     q: Array
     """[k, m], rad."""
-    spread: Array
-    """[k, m], rad: around each sample every axis may be off by as much, either way."""
+    spreads: Array
+    """[s, k, m], rad: around each sample every axis may be off by as much, either way; for s questions at once."""
     travel: Array
     """[k, m], rad: each axis's way since the start, both directions counted."""
+    peaks: Array
+    """[levels, k, s, m]: the greatest spreads of a sample and the 2^level - 1 that follow it."""
 
     @classmethod
-    def of(cls, axes: ArrayLike, q: ArrayLike, spread: ArrayLike | None) -> "Track":
-        """Checked and ready.
+    def of(cls, axes: ArrayLike, q: ArrayLike, *spreads: ArrayLike | None) -> "Track":
+        """Checked and ready, with spreads[k, m] or [m] each; None: there is none.
 
         Raises:
             ValueError: not k >= 1 rows of one finite angle an axis, or a spread that is negative or does not fit.
@@ -32,11 +34,14 @@ class Track:
         numbers, angles = np.asarray(axes, dtype=np.intp), np.asarray(q, dtype=np.float64)
         if angles.ndim != 2 or angles.shape[0] < 1 or angles.shape[1] != len(numbers):
             raise ValueError(f"a path of {len(numbers)} axes has shape [k, {len(numbers)}], not {angles.shape}")
-        width = np.broadcast_to(np.asarray(0.0 if spread is None else spread, dtype=np.float64), angles.shape)
-        if not np.isfinite(angles).all() or not np.isfinite(width).all() or (width < 0.0).any():
+        widths = np.empty((len(spreads), *angles.shape))
+        for width, spread in zip(widths, spreads, strict=True):
+            width[:] = 0.0 if spread is None else spread
+        if not np.isfinite(angles).all() or not np.isfinite(widths).all() or (widths < 0.0).any():
             raise ValueError("a path's angles and spread are finite, its spread is not negative")
-        steps = np.abs(np.diff(angles, axis=0, prepend=angles[:1]))
-        return cls(numbers, angles, width, np.cumsum(steps, axis=0))
+        travel = np.zeros_like(angles)
+        np.cumsum(np.abs(np.diff(angles, axis=0)), axis=0, out=travel[1:])
+        return cls(numbers, angles, widths, travel, _peaks(widths.transpose(1, 0, 2)))
 
     @property
     def end(self) -> float:
@@ -45,26 +50,28 @@ class Track:
 
     def at(self, places: Array) -> Array:
         """[u, m] joint angles."""
-        return self._between(self.q, places)
+        low, high, part = self.between(places)
+        angles: Array = self.q[low] + part[:, None] * (self.q[high] - self.q[low])
+        return angles
 
-    def turn(self, low: Array, middle: Array, high: Array) -> Array:
-        """[u, m] no axis is further from where it is at `middle`, anywhere between `low` and `high`."""
-        here = self._between(self.travel, middle)
-        turn: Array = np.maximum(here - self._between(self.travel, low), self._between(self.travel, high) - here)
-        return turn
+    def between(self, places: Array) -> tuple[Indices, Indices, Array]:
+        """[u] each: the samples before and after, and how far from the one to the other."""
+        low = np.minimum(places.astype(np.intp), max(len(self.q) - 2, 0))
+        return low, np.minimum(low + 1, len(self.q) - 1), places - low
 
     def widest(self, low: Array, high: Array) -> Array:
-        """[u, m] greatest spread between two places, the samples around them included."""
-        if not self.spread.any():
-            return np.zeros((len(low), len(self.axes)))
-        bounds = np.stack((np.floor(low), np.ceil(high) + 1.0), axis=1).astype(np.intp).ravel()
-        padded = np.concatenate((self.spread, np.zeros((1, len(self.axes)))))
-        widest: Array = np.maximum.reduceat(padded, bounds, axis=0)[::2]
+        """[u, s, m] greatest spreads between two places, the samples around them included."""
+        first, end = low.astype(np.intp), np.ceil(high).astype(np.intp) + 1
+        level = np.frexp(end - first)[1] - 1
+        widest: Array = np.maximum(self.peaks[level, first], self.peaks[level, end - (1 << level)])
         return widest
 
-    def _between(self, values: Array, places: Array) -> Array:
-        low = np.minimum(places.astype(np.intp), max(len(values) - 2, 0))
-        high = np.minimum(low + 1, len(values) - 1)
-        part = (places - low)[:, None]
-        between: Array = values[low] + part * (values[high] - values[low])
-        return between
+
+def _peaks(spreads: Array) -> Array:
+    """Of spreads [k, s, m]; the greatest of any range is the greater of two that begin and end with it."""
+    levels = [spreads]
+    for level in range(len(spreads).bit_length() - 1):
+        above, step = levels[-1].copy(), 1 << level
+        np.maximum(above[:-step], above[step:], out=above[:-step])
+        levels.append(above)
+    return np.array(levels)

@@ -5,7 +5,8 @@ wrists change places. Which one goes on is read off the joints' steps (axisync_r
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +25,7 @@ from axisync_robot.poses import distances
 from axisync_robot.ur_inverse import UrInverse, wrapped
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 STEP_MAX = 0.35
 """rad: joints of neighbouring samples that differ by more have jumped; paths are sampled far finer."""
@@ -53,22 +55,31 @@ class Followed:
     ended: Ended | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class _Problem:
-    """Poses [k, 4, 4] and start [6]; what all branches make of them: angles [k, 8, 6], reachable and free [k, 8]."""
+    """Poses [k, 4, 4] and start [6], solved without regard to limits: continuity decides, limits are checked along the
+    track. Nearly always one branch is all that is needed; so each is solved when it is asked for."""
 
     inverse: UrInverse
     poses: Array
     start: Array
-    angles: Array
-    reachable: NDArray[np.bool_]
-    free: NDArray[np.bool_]
     step_max: float
+    _branches: dict[int, tuple[Array, Mask, Mask]] = field(default_factory=dict)
 
-    @classmethod
-    def of(cls, inverse: UrInverse, poses: Array, start: Array, step_max: float) -> "_Problem":
-        # Without regard to limits: continuity decides, limits are checked along the track.
-        return cls(inverse, poses, start, *inverse.solve_unlimited(poses, start), step_max)
+    def branch(self, number: int) -> tuple[Array, Mask, Mask]:
+        """Angles [k, 6], reachable and free [k]. From the third branch on, all are solved at once."""
+        if number not in self._branches:
+            if "every" in vars(self) or len(self._branches) > 1:
+                (angles, reachable, free), column = self.every, number
+            else:
+                (angles, reachable, free), column = self.inverse.solve_unlimited(self.poses, self.start, number), 0
+            self._branches[number] = angles[:, column], reachable[:, column], free[:, column]
+        return self._branches[number]
+
+    @cached_property
+    def every(self) -> tuple[Array, Mask, Mask]:
+        """Angles [k, 8, 6], reachable and free [k, 8] of all branches."""
+        return self.inverse.solve_unlimited(self.poses, self.start)
 
 
 def follow_branch(inverse: UrInverse, poses: ArrayLike, start: ArrayLike, step_max: float = STEP_MAX) -> Followed:
@@ -105,9 +116,10 @@ def _farthest(
     apart, turn = (float(x) for x in distances(inverse.forward(first), targets[0]))
     if max(apart, turn) > START_TOLERANCE:
         raise StartsElsewhere(apart, turn, START_TOLERANCE)
-    problem = _Problem.of(inverse, targets, first, step_max)
-    off = np.abs(problem.angles[0] - first).max(axis=1)
-    off[~problem.reachable[0]] = np.inf
+    problem = _Problem(inverse, targets, first, step_max)
+    angles, reachable, _ = inverse.solve_unlimited(targets[:1], first)
+    off = np.abs(angles[0] - first).max(axis=1)
+    off[~reachable[0]] = np.inf
     if not np.isfinite(off).any():
         raise unreachable(inverse, targets[0], first, 0)
     branches = np.flatnonzero(off <= off.min() + _MEET).tolist()
@@ -142,7 +154,7 @@ class _Track:
             return None
         if self.limited:
             return Ended(joint=limit_reached(problem.inverse, self.angles[self.count], self.count).joint)
-        return Ended(singular=bool(problem.reachable[self.count].any()))
+        return Ended(singular=bool(problem.every[1][self.count].any()))
 
     def refusal(self, problem: _Problem) -> PathRefused:
         """Why sample `count` fails."""
@@ -150,10 +162,11 @@ class _Track:
         step = self.angles[at] - before
         if self.limited:
             return limit_reached(inverse, self.angles[at], at)
-        if not problem.reachable[at].any():
+        angles, reachable, _ = problem.every
+        if not reachable[at].any():
             return unreachable(inverse, problem.poses[at], before, at)
-        steps = wrapped(problem.angles[at] - before)
-        sizes = np.where(problem.reachable[at], np.abs(steps).max(axis=1), np.inf)
+        steps = wrapped(angles[at] - before)
+        sizes = np.where(reachable[at], np.abs(steps).max(axis=1), np.inf)
         other = int(sizes.argmin())
         if other != self.branch and (sizes[other] <= self.step_max or not self.reachable):
             return BranchChange(at, self.branch, other, float(sizes[other]))
@@ -165,8 +178,8 @@ def _route(problem: _Problem, branch: int) -> _Track:
     """The track from the start on this branch, across singularities as far as joints go on smoothly."""
     track = _track(problem, branch, 0, problem.start)
     while track.count < len(problem.poses) and not track.limited:
-        usable = problem.reachable & ~problem.free
-        found = crossing_at(problem.angles, usable, track.angles, track.branch, track.count, problem.step_max)
+        angles, reachable, free = problem.every
+        found = crossing_at(angles, reachable & ~free, track.angles, track.branch, track.count, problem.step_max)
         if found is None or not (begun := _across(problem, track, found)).count:
             break
         rest = _track(problem, found.branch, found.after, begun.angles[-1])
@@ -190,8 +203,8 @@ def _across(problem: _Problem, track: _Track, found: Crossing) -> _Track:
 
 def _track(problem: _Problem, branch: int, first: int, start: Array) -> _Track:
     """From sample `first` on this branch, coming from joint angles start [6]; its samples count from `first`."""
-    angles, reachable = problem.angles[first:, branch].copy(), problem.reachable[first:, branch].copy()
-    free = problem.free[first:, branch]
+    every, reached, singular = problem.branch(branch)
+    angles, reachable, free = every[first:].copy(), reached[first:].copy(), singular[first:]
     if free.any():
         _hold_wrist(problem.inverse, problem.poses[first:], start, branch, angles, reachable, free)
     steps = np.diff(angles, axis=0, prepend=start[None])

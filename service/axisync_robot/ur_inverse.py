@@ -1,6 +1,7 @@
-"""Inverse kinematics of UR geometry in closed form: all eight branches of every pose of a path at once.
+"""Inverse kinematics of UR geometry in closed form: all eight branches, or one, of every pose of a path at once.
 
-Lanes are the last dimension inside: [k] poses, [2, k] shoulders, [2, 2, k] (wrist, shoulder). A branch's index is
+Lanes are the last dimension inside: [k] poses, [2, k] shoulders, [2, 2, k] (wrist, shoulder); 1 where one branch is
+asked for. A branch's index is
 4 shoulder + 2 elbow + wrist:
     shoulder 0: the wrist's centre lies on the +x side of frame 1, 1: on the other side
     elbow    0: q3 in [0, pi], 1: in [-pi, 0]
@@ -69,6 +70,28 @@ class _Wrist:
     sine: Array
 
 
+@dataclass(frozen=True, slots=True)
+class _Sides:
+    """Which branches are solved: every combination of these; 1.0 is side 0, -1.0 side 1."""
+
+    shoulder: tuple[float, ...]
+    elbow: tuple[float, ...]
+    wrist: tuple[float, ...]
+
+    @classmethod
+    def of(cls, branch: int) -> "_Sides":
+        """One branch."""
+        shoulder, elbow, wrist = (1.0 - 2.0 * (branch >> bit & 1) for bit in (2, 1, 0))
+        return cls((shoulder,), (elbow,), (wrist,))
+
+    @property
+    def count(self) -> int:
+        return len(self.shoulder) * len(self.elbow) * len(self.wrist)
+
+
+_ALL = _Sides((1.0, -1.0), (1.0, -1.0), (1.0, -1.0))
+
+
 class UrInverse:
     """The solver of one arm."""
 
@@ -92,7 +115,8 @@ class UrInverse:
 
     def flange(self, poses: ArrayLike) -> Array:
         """[..., 4, 4] where the flange is, in O, when the tool stands at poses [..., 4, 4] in O."""
-        flange: Array = np.asarray(poses, dtype=np.float64) @ self._to_flange
+        targets = np.asarray(poses, dtype=np.float64)
+        flange: Array = (targets.reshape(-1, 4) @ self._to_flange).reshape(targets.shape)
         return flange
 
     def forward(self, q: ArrayLike) -> Array:
@@ -106,48 +130,53 @@ class UrInverse:
         Raises:
             ValueError: not poses of that shape, or not finite.
         """
-        q, near, reachable, free = self._nearest(poses, reference)
+        q, near, reachable, free = self._nearest(poses, reference, _ALL)
         within = self._shift(q, near) & reachable
         q[:, ~reachable] = np.nan
         return Solutions(np.ascontiguousarray(q.transpose(2, 1, 0)), reachable.T, within.T, free.T)
 
-    def solve_unlimited(self, poses: ArrayLike, reference: ArrayLike) -> tuple[Array, Mask, Mask]:
+    def solve_unlimited(
+        self, poses: ArrayLike, reference: ArrayLike, branch: int | None = None
+    ) -> tuple[Array, Mask, Mask]:
         """As `solve`, without regard to limits: angles within half a turn of the reference, reachable and free.
+
+        Of one `branch` only [k, 1, 6], [k, 1], [k, 1], where that is given: the same values, in a third of the time.
 
         Raises:
             ValueError: as `solve`.
         """
-        q, near, reachable, free = self._nearest(poses, reference)
+        q, near, reachable, free = self._nearest(poses, reference, _ALL if branch is None else _Sides.of(branch))
         q += np.rint((near[:, None] - q) / math.tau) * math.tau
         q[:, ~reachable] = np.nan
         return np.ascontiguousarray(q.transpose(2, 1, 0)), reachable.T, free.T
 
-    def _nearest(self, poses: ArrayLike, reference: ArrayLike) -> tuple[Array, Array, Mask, Mask]:
-        """Joint angles [6, 8, k], not yet turned near the reference [6, k]; reachable and free [8, k]."""
+    def _nearest(self, poses: ArrayLike, reference: ArrayLike, sides: _Sides) -> tuple[Array, Array, Mask, Mask]:
+        """Joint angles [6, b, k] not yet turned near the reference [6, k]; reachable and free [b, k] of b branches."""
         targets = np.asarray(poses, dtype=np.float64)
         if targets.ndim != 3 or targets.shape[1:] != (4, 4) or not np.isfinite(targets).all():
             raise ValueError(f"finite poses [k, 4, 4] are expected, not {targets.shape}")
         near = np.broadcast_to(np.asarray(reference, dtype=np.float64), (len(targets), 6)).T
-        q, reachable, free = self._solve(self._to_base @ self.flange(targets), self.geometry.angles(near.T).T)
+        entries = np.ascontiguousarray(self.flange(targets).transpose(1, 2, 0))
+        entries = (self._to_base @ entries.reshape(4, -1)).reshape(4, 4, -1)
+        q, reachable, free = self._solve(entries, self.geometry.angles(near.T).T, sides)
         q -= np.array(self.geometry.theta)[:, None, None]
         q *= np.array(self.geometry.sign)[:, None, None]
         return q, near, reachable, free
 
-    def _solve(self, targets: Array, near: Array) -> tuple[Array, Mask, Mask]:
-        """Geometric angles [6, 8, k], reachable and free [8, k]."""
+    def _solve(self, entries: Array, near: Array, sides: _Sides) -> tuple[Array, Mask, Mask]:
+        """Geometric angles [6, b, k], reachable and free [b, k], of flanges [4, 4, k] in the arm's base."""
         g = self.geometry
-        entries = np.ascontiguousarray(targets.transpose(1, 2, 0))
         x6, y6, z6 = entries[:3, 0], entries[:3, 1], entries[:3, 2]
         fifth = entries[:3, 3] - g.d6 * z6
-        q1, ok = self._shoulder(fifth, near[0])
+        q1, ok = self._shoulder(fifth, near[0], sides.shoulder)
         c1, s1 = np.cos(q1), np.sin(q1)
         u, w = fifth[0] * c1 + fifth[1] * s1, np.broadcast_to(fifth[2] - g.d1, q1.shape)
-        wrist = self._wrist(x6, y6, z6, c1, s1)
+        wrist = self._wrist((x6, y6, z6), c1, s1, sides.wrist)
         if (wrist.sine < _WRIST_NEAR).any():
             self._free_wrist(wrist, (x6, y6), (c1, s1), (u, w), near[5])
-        q2, q3, reached = self._elbow(u - g.d5 * wrist.along, w - g.d5 * wrist.up, near[1])
+        q2, q3, reached = self._elbow(u - g.d5 * wrist.along, w - g.d5 * wrist.up, near[1], sides.elbow)
         phi = np.arctan2(wrist.along, -wrist.up)
-        q = np.empty((6, 2, 2, 2, len(targets)))  # [joint, shoulder, elbow, wrist, k]
+        q = np.empty((6, *map(len, (sides.shoulder, sides.elbow, sides.wrist)), entries.shape[2]))
         q[0] = q1[:, None, None]
         q[4] = wrist.q5.swapaxes(0, 1)[:, None]
         q[5] = wrist.q6.swapaxes(0, 1)[:, None]
@@ -156,22 +185,24 @@ class UrInverse:
         q[3] = phi.swapaxes(0, 1)[:, None] - q[1] - q[2]
         reachable = np.broadcast_to((reached & ok).swapaxes(0, 1)[:, None], q.shape[1:])
         free = np.broadcast_to((wrist.sine < _WRIST_SINGULAR)[:, None, None], q.shape[1:])
-        return q.reshape(6, BRANCHES, -1), reachable.reshape(BRANCHES, -1), free.reshape(BRANCHES, -1)
+        branches = (sides.count, entries.shape[2])
+        return q.reshape(6, *branches), reachable.reshape(branches), free.reshape(branches)
 
-    def _shoulder(self, fifth: Array, near: Array) -> tuple[Array, Mask]:
-        """q1 [2, k]: frame 5 must lie d4 beside the arm's plane, r sin(q1 - psi) = d4; reachable [k]."""
+    def _shoulder(self, fifth: Array, near: Array, sides: tuple[float, ...]) -> tuple[Array, Mask]:
+        """q1 [s, k]: frame 5 must lie d4 beside the arm's plane, r sin(q1 - psi) = d4; reachable [k]."""
         d4 = self.geometry.d4
         r = np.hypot(fifth[0], fifth[1])
         beside = r - abs(d4)
         ahead = np.sqrt(np.where(beside < _SHOULDER_MEETS, 0.0, beside * (r + abs(d4))))
         psi = np.arctan2(fifth[1], fifth[0])
-        q1 = psi + np.stack([np.arctan2(d4, ahead), np.arctan2(d4, -ahead)])
+        q1 = psi + np.stack([np.arctan2(d4, side * ahead) for side in sides])
         return np.where(r < _FREE, near, q1), beside >= -REACH_TOLERANCE
 
     @staticmethod
-    def _wrist(x6: Array, y6: Array, z6: Array, c1: Array, s1: Array) -> _Wrist:
+    def _wrist(tool: tuple[Array, Array, Array], c1: Array, s1: Array, sides: tuple[float, ...]) -> _Wrist:
         """The plane's normal z1 seen from the tool is (s5 c6, -s5 s6, c5); the axis of joint 5 is -y5."""
-        px, py, pz = (v[0] * s1 - v[1] * c1 for v in (x6, y6, z6))
+        x6, y6, _ = tool
+        px, py, pz = (v[0] * s1 - v[1] * c1 for v in tool)
         sine = np.hypot(px, py)
         singular = sine < _WRIST_SINGULAR
         safe = np.where(singular, 1.0, sine)
@@ -180,9 +211,9 @@ class UrInverse:
         along = -(s6 * (x6[0] * c1 + x6[1] * s1) + c6 * (y6[0] * c1 + y6[1] * s1))
         up = -(s6 * x6[2] + c6 * y6[2])
         q6 = np.arctan2(s6, c6)
-        return _Wrist(
-            np.stack([q5, -q5]), np.stack([q6, q6 + math.pi]), np.stack([along, -along]), np.stack([up, -up]), sine
-        )
+        half_turns = [q6 + (0.0 if side > 0.0 else math.pi) for side in sides]
+        q5s, alongs, ups = (np.stack([side * value for side in sides]) for value in (q5, along, up))
+        return _Wrist(q5s, np.stack(half_turns), alongs, ups, sine)
 
     def _free_wrist(
         self, wrist: _Wrist, tool: tuple[Array, Array], turn: tuple[Array, Array], at: tuple[Array, Array], near: Array
@@ -215,8 +246,10 @@ class UrInverse:
         for target, value in ((wrist.q6, q6), (wrist.along, along), (wrist.up, up)):
             target[:, shoulder, lane] = value
 
-    def _elbow(self, u: Array, w: Array, near: Array) -> tuple[Array, Array, Mask]:
-        """q2, q3 [2 elbows, 2, 2, k] and reachable [2, 2, k]: u + iw = e^(i q2) (a2 + a3 e^(i q3)).
+    def _elbow(self, u: Array, w: Array, near: Array, sides: tuple[float, ...]) -> tuple[Array, Array, Mask]:
+        """q2, q3 [elbows, wrists, shoulders, k] and reachable [wrists, shoulders, k].
+
+        u + iw = e^(i q2) (a2 + a3 e^(i q3)).
 
         The sine by Heron's product, in which nothing cancels when the arm is stretched or folded.
         """
@@ -229,7 +262,8 @@ class UrInverse:
         q3 = np.arctan2(s3, c3)
         aim, lead = np.arctan2(w, u), np.arctan2(a3 * s3, a2 + a3 * c3)
         aim = np.where(rho < _FREE, near + lead, aim)
-        return np.stack([aim - lead, aim + lead]), np.stack([q3, -q3]), reached
+        q2s, q3s = np.stack([aim - side * lead for side in sides]), np.stack([side * q3 for side in sides])
+        return q2s, q3s, reached
 
     def _shift(self, q: Array, near: Array) -> Mask:
         """Turns q [6, 8, k] in place by whole turns to be nearest `near` [6, k], within limits where it can; [8, k]."""

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,9 +52,9 @@ class Sampled:
     @classmethod
     def of(cls, trajectory: Trajectory, cell: Cell, axes: tuple[int, ...]) -> "Sampled":
         """Fine enough for `CHORD`."""
-        bent = np.abs(trajectory.sample(trajectory.knots)[2]).max(initial=0.0)
         middle = 0.5 * (trajectory.knots[1:] + trajectory.knots[:-1])
-        bent = max(float(bent), float(np.abs(trajectory.sample(middle)[2]).max(initial=0.0)), 1e-9)
+        bends = np.abs(trajectory.sample(np.concatenate((trajectory.knots, middle)))[2])
+        bent = max(float(bends.max(initial=0.0)), 1e-9)
         count = max(FEWEST, math.ceil(trajectory.duration / math.sqrt(8.0 * CHORD / bent)) + 1)
         times = np.linspace(0.0, trajectory.duration, count)
         q, v, a, _ = trajectory.sample(times)
@@ -94,15 +93,15 @@ class Guard:
             raise Refusal(ErrorCode.INVALID_REQUEST, str(error), errors=[fault]) from None
 
     def _among_itself(self, motion: Sampled, contacts: Contacts, alone: bool) -> Clearance:
-        fields: dict[str, Any] = {"group": self._group, "rest": self._rest, "contacts": contacts}
-        path = self._model.check_path(motion.q, self._margin, spread=motion.chord, **fields)
+        widened = [(self._margin, motion.chord), (0.0, motion.reach)][: 1 + alone]
+        found = self._model.check_widened(motion.q, widened, group=self._group, rest=self._rest, contacts=contacts)
+        path, reached = found[0], found[1:]
         self._refuse(path, motion, alone=False)
-        found = Clearance(path.min_distance, path.nearest.pair if path.nearest else None)
-        if not alone:
-            return found
-        reached = self._model.check_path(motion.q, 0.0, spread=motion.reach, **fields)
-        self._refuse(reached, motion, alone=True)
-        return replace(found, alone=reached.min_distance)
+        clearance = Clearance(path.min_distance, path.nearest.pair if path.nearest else None)
+        for check in reached:
+            self._refuse(check, motion, alone=True)
+            clearance = replace(clearance, alone=check.min_distance)
+        return clearance
 
     def _beside(self, motion: Sampled, contacts: Contacts, plan: Plan) -> Clearance:
         """Whole path against whole path, each with what its drives do alone: timing never counts."""

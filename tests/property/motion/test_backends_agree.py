@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from axisync_motion import from_profiles, synchronise, synchronise_batch, use_backend
+from axisync_motion import from_profiles, rate_tables, synchronise, synchronise_batch, use_backend
 from axisync_motion.path_bounds import cell_bounds
 
 ULPS = 4
@@ -89,3 +89,19 @@ def test_bounds(minimise: str, pulse: str) -> None:
     path = from_profiles(start, synchronise(target - start, v, a, j, minimise, pulse=pulse), target)
     ((cells, cells_too),) = on_both(lambda: [cell_bounds(path, 150)])
     assert cells_too == pytest.approx(cells, rel=1e-12, abs=1e-13)
+
+
+@both_pulses
+@all_maps
+def test_rate_tables(minimise: str, pulse: str) -> None:
+    """To a code: they are rounded down, so the last digit of a value may decide."""
+    rng = np.random.default_rng(8)
+    v, a, j = 10.0 ** rng.uniform(-0.5, 0.5, (3, 7))
+    for still in (0, 3):
+        distances = np.where(np.arange(7) < still, 0.0, rng.uniform(-2.0, 2.0, 7))
+        path = from_profiles(np.zeros(7), synchronise(distances, v, a, j, minimise, pulse=pulse))
+        ((plain, compiled),) = on_both(lambda path=path: [rate_tables(path, v, a, j, 1.5 * a, 3.0 * j).codes])
+        apart = np.abs(plain.astype(np.int64) - compiled)
+        assert apart.max() <= 1
+        assert (apart > 0).mean() < 0.01
+        assert plain.any()

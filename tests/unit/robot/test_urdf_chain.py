@@ -147,12 +147,13 @@ def test_shapes_are_where_pinocchio_puts_the_links() -> None:
     chain = shapes.chain(0)
     model = pinocchio.buildModelFromUrdf(str(URDF / "elbow_arm.urdf"))
     data, full = model.createData(), pinocchio.neutral(model)
-    turns, origins = chain.frames(np.zeros((1, 6)), np.eye(4))
+    frames = list(chain.frames(np.zeros((1, 6)), np.eye(4)))
     pinocchio.framesForwardKinematics(model, data, full)
     base = data.oMf[model.getFrameId("base_link")]
     for name, link, middle in (("a2", "upper_arm", [-0.1218, 0, 0]), ("a6", "flange", [0, 0, 0.01])):
         capsule = next(c for c in shapes.capsules if c.name == name)
-        ours = origins[0, capsule.joint] + turns[0, capsule.joint] @ (capsule.start + capsule.end) / 2.0
+        axes, origin = frames[capsule.joint]
+        ours = origin[:, 0] + axes[:, :, 0].T @ (capsule.start + capsule.end) / 2.0
         theirs = base.actInv(data.oMf[model.getFrameId(link)]).act(np.array(middle, dtype=np.float64))
         assert np.abs(ours - theirs).max() < 1e-9
 

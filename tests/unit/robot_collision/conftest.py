@@ -6,6 +6,9 @@ import pytest
 
 from axisync_robot.collision import CollisionModel
 from axisync_schemas.cell import Cell, parse_cell
+from support.motion_backends import each_backend
+
+__all__ = ["each_backend"]
 
 
 @pytest.fixture(scope="session")

@@ -1,11 +1,14 @@
 """Segment distances against dense sampling."""
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from axisync_robot.collision_distance import segment_to_box, segment_to_segment
 
 Array = NDArray[np.float64]
+
+pytestmark = pytest.mark.usefixtures("each_backend")
 
 
 def along(segments: Array, count: int) -> Array:

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from axisync_robot.arm import Arm
@@ -13,6 +14,8 @@ from axisync_robot.collision_shapes import Shapes
 from axisync_schemas.cell import Cell
 
 Array = NDArray[np.float64]
+
+pytestmark = pytest.mark.usefixtures("each_backend")
 
 
 def test_segments_end_where_forward_kinematics_says(cell: Cell) -> None:

@@ -186,6 +186,28 @@ def test_spread_at_one_sample_counts_though_nothing_moves(model: CollisionModel)
     assert not model.check_path(q, spread=spread).clear
 
 
+def test_one_search_finds_what_two_find(model: CollisionModel) -> None:
+    rng = np.random.default_rng(12)
+    verdicts = set()
+    for _ in range(12):
+        start = np.concatenate((KINGKONG[0], WUKONG[0])) + rng.uniform(-0.3, 0.3, 12)
+        q = line(start, start + rng.uniform(-1.5, 1.5, 12), samples=40)
+        wide = rng.uniform(0.0, 0.06, (40, 12))
+        cases = [(None, None), (0.0, wide), (0.03, np.full(12, 1e-3))]
+        together = model.check_widened(q, cases)
+        for found, (margin, spread) in zip(together, cases, strict=True):
+            alone = model.check_path(q, margin, spread=spread)
+            assert found.clear == alone.clear
+            if alone.min_distance >= 0.0:
+                assert found.min_distance == pytest.approx(alone.min_distance, abs=1e-3, rel=0.05)
+            else:
+                assert found.min_distance < 0.0
+            if alone.violation is not None:
+                assert found.violation == alone.violation
+        verdicts.add(tuple(found.clear for found in together))
+    assert len(verdicts) > 2
+
+
 def test_a_margin_is_kept_to_the_resolution(model: CollisionModel) -> None:
     q, _ = move(*KINGKONG)
     rest = np.concatenate((KINGKONG[0], WUKONG[0]))

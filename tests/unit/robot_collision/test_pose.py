@@ -24,7 +24,7 @@ def test_coal_and_the_batch_agree(cell: Cell) -> None:
     checker = PoseChecker(shapes)
     for number, pose in enumerate(q):
         place = np.full((len(every), 1), float(number))
-        distances = sweep.measure(Nodes(every, place, place)).distance
+        distances = sweep.measure(Nodes(every, place, place)).distance[0]
         theirs, pair = checker.nearest(pose)
         if distances.min() > 0.0:
             assert abs(theirs - distances.min()) < 1e-5  # coal's own tolerance with boxes
