@@ -168,7 +168,6 @@ class LogFile:
     def _chunk(self, frame: Frame, ticks: bool) -> Iterator[Rows | Message]:
         heading = self.head()
         data = unpack(frame.body)
-        runs: list[bytes] = []
         for part in walk(data):
             if isinstance(part, Other):
                 self._declare(part.opcode, data[part.begin : part.end])
@@ -181,9 +180,7 @@ class LogFile:
             if channel.topic != LOG_SETPOINTS:
                 yield from _messages(channel.topic, data, part)
             elif ticks:
-                runs.append(self._run(data, part, heading))
-        if runs:
-            yield np.frombuffer(b"".join(runs), dtype=heading.row)
+                yield self._rows(data, part, heading)
 
     def _declare(self, opcode: int, body: bytes) -> None:
         if opcode == Opcode.SCHEMA:
@@ -196,14 +193,14 @@ class LogFile:
             if channel.topic == LOG_SETPOINTS and schema_of is not None:
                 _check_record(self.path, schema_of.data)
 
-    def _run(self, data: bytes, run: Run, heading: Heading) -> bytes:
-        """Its messages, which are `Rows` as they lie there."""
-        if run.length != heading.row.itemsize:
+    def _rows(self, data: bytes, run: Run, heading: Heading) -> Rows:
+        row = heading.row
+        if run.length != row.itemsize:
             size = run.length - MESSAGE_HEAD.size
             raise LogUnreadable(
                 f"{self.path} has ticks of {size} bytes, where those of its cell file have {heading.layout.size}"
             )
-        return data[run.begin : run.begin + run.count * run.length]
+        return np.frombuffer(data, dtype=row, count=run.count, offset=run.begin)
 
     def _make_heading(self, text: bytes) -> Heading:
         try:

@@ -10,14 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisync_review import series
+from axisync_review import chunks, pieces, series
 from axisync_review.findings import Findings, gather
 from axisync_review.html_report import LEVELS, packed, page, quantised
 from axisync_review.review import review_of
 from axisync_review.timing import _longest
 from axisync_schemas.ticks import Records
 from support.command_line import Run
-from support.crumbs import crumble
 from support.logread import read_log
 from support.saved_log import Maker, event
 
@@ -26,8 +25,10 @@ from support.saved_log import Maker, event
 @pytest.mark.parametrize("rows", [97, 4096])
 def test_buckets_keep_every_peak(good_log: Path, monkeypatch: pytest.MonkeyPatch, buckets: int, rows: int) -> None:
     """Each bucket has the least and greatest of exactly its ticks, whatever the pieces were."""
+    alike = chunks._alike
     monkeypatch.setattr(series, "BUCKETS", buckets)
-    crumble(monkeypatch, rows)
+    monkeypatch.setattr(pieces, "PIECE_ROWS", rows)
+    monkeypatch.setattr(chunks, "_alike", lambda *run: min(rows, alike(*run)))
     curves = gather([good_log], curves=True).series
     assert curves is not None
     ticks = read_log(good_log).ticks

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from axisync_review import chunks, pieces
 from axisync_review.replan import replan_all
 from axisync_review.replay import Replay, replay
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.ticks import Records
 from support.command_line import Run
-from support.crumbs import crumble
 from support.saved_log import STOP_TICK, Maker, event
 
 TICK = 700
@@ -89,9 +89,10 @@ def _story(stop_tick: int, later: int) -> list[tuple[str, int, dict[str, Any]]]:
 
 @pytest.mark.parametrize(("rows", "stop_tick"), [(1, 2), (3, 2), (90, STOP_TICK)])
 def test_pieces_do_not_show(make: Maker, monkeypatch: pytest.MonkeyPatch, rows: int, stop_tick: int) -> None:
-    log = make.write(stop_tick)
+    log, alike = make.write(stop_tick), chunks._alike
     whole = replay([log])
-    crumble(monkeypatch, rows)
+    monkeypatch.setattr(pieces, "PIECE_ROWS", rows)
+    monkeypatch.setattr(chunks, "_alike", lambda *run: min(rows, alike(*run)))
     assert replay([log]) == whole
     assert whole.same
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from axisync_review import chunks, pieces
 from axisync_review.findings import gather
 from axisync_review.replay import replay
 from axisync_review.review import review_of
 from axisync_schemas.enumerations import GroupState
-from support.crumbs import crumble
 from support.decided_log import Decided
 from support.saved_log import event
 
@@ -127,12 +127,13 @@ def test_however_the_log_is_cut_for_reading(tmp_path: Path, monkeypatch: pytest.
     bench.run(15)
     bench.ask("resume")
     bench.until_rest()
-    path = bench.save(tmp_path)
+    path, alike = bench.save(tmp_path), chunks._alike
     played, judged = replay([path]), review_of(gather([path], curves=False))
     assert played.same
     assert judged.good, judged.verdict
     assert max(axis.stop_jerk.share for axis in judged.axes) > 0.5
-    crumble(monkeypatch, 5)
+    monkeypatch.setattr(pieces, "PIECE_ROWS", 5)
+    monkeypatch.setattr(chunks, "_alike", lambda *run: min(5, alike(*run)))
     assert replay([path]) == played
     again = review_of(gather([path], curves=False))
     assert again.verdict == judged.verdict

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from axisync_review import chunks, pieces
 from axisync_review.findings import gather
 from axisync_review.limits import LOGGED
 from axisync_review.models import Review
@@ -15,7 +16,6 @@ from axisync_review.text import parts
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.ticks import Records
 from support.command_line import Run
-from support.crumbs import crumble
 from support.recording import CELL
 from support.saved_log import STOP_TICK, Maker, event
 
@@ -184,9 +184,10 @@ def test_an_instant_off_the_grid(make: Maker) -> None:
 @pytest.mark.parametrize(("rows", "stop_tick"), [(1, 2), (2, 2), (3, 2), (90, STOP_TICK)])
 def test_pieces_do_not_show(make: Maker, monkeypatch: pytest.MonkeyPatch, rows: int, stop_tick: int) -> None:
     """However the log is cut for reading, the report is the same, differences over the cuts included."""
-    log = make.write(stop_tick)
+    log, alike = make.write(stop_tick), chunks._alike
     whole = review(log)
-    crumble(monkeypatch, rows)
+    monkeypatch.setattr(pieces, "PIECE_ROWS", rows)
+    monkeypatch.setattr(chunks, "_alike", lambda *run: min(rows, alike(*run)))
     assert review(log) == whole
 
 
