@@ -7,7 +7,7 @@ from pathlib import Path
 
 from crowd import Crowd
 from phases import Arms, Call
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import Error, expect, sync_playwright
 from processes import Sampler
 from report import Report
 
@@ -34,7 +34,11 @@ class Seen:
 
 
 def measure(report: Report, directory: Path, endpoint: str, arms: Arms, seconds: float, presses: int) -> Seen:
-    """Moves beside viewers for so long, 0: not at all; then stops so many moves from a browser."""
+    """Moves beside viewers for so long, 0: not at all; then stops so many moves from a browser.
+
+    Raises:
+        RuntimeError: the browser does not keep up.
+    """
     seen = Seen()
     directory.mkdir()
     with Dashboard(directory, endpoint).running() as dashboard:
@@ -48,8 +52,11 @@ def measure(report: Report, directory: Path, endpoint: str, arms: Arms, seconds:
             report.say(f"no stops from a browser: there is no {CHROMIUM}")
         elif presses:
             report.say(f"stopping {presses} moves by the space bar of a browser")
-            with _screen(dashboard.url) as screen:
-                seen.presses = arms.stops(presses, lambda: _press(screen))
+            try:
+                with _screen(dashboard.url) as screen:
+                    seen.presses = arms.stops(presses, lambda: _press(screen))
+            except (Error, AssertionError) as error:
+                raise RuntimeError(f"the browser does not keep up: {str(error).splitlines()[0]}") from None
     return seen
 
 
