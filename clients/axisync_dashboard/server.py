@@ -2,7 +2,9 @@
 
 import asyncio
 import contextlib
+import signal
 from pathlib import Path
+from types import FrameType
 
 from nicegui import Client as Browser
 from nicegui import app, background_tasks, ui
@@ -58,6 +60,7 @@ class Server:
             self._link.close()  # a second Ctrl-C makes the web server leave out what is to be done at its end
 
     def _begin(self) -> None:
+        _end_once()
         self._link.start()
         self._frames = background_tasks.create(self._live.run(), name="frames")
 
@@ -103,3 +106,18 @@ class Server:
     def _log_path(self, request: Request) -> Path | None:
         info = self._link.telemetry.info
         return None if info is None else log_files.path_of(info.log_directory, request.path_params["name"])
+
+
+def _end_once() -> None:
+    """The web server's first signal ends it in order; one more would make it leave out the rest."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def end(number: int, frame: FrameType | None) -> None:
+        for each in handlers:
+            signal.signal(each, signal.SIG_IGN)
+        handler = handlers[signal.Signals(number)]
+        assert callable(handler)
+        handler(number, frame)
+
+    for number in handlers:
+        signal.signal(number, end)

@@ -36,7 +36,8 @@ from axisync_schemas.ticks import Records
 
 BENCHES = (
     "planner", "arms", "drives", "ratio", "scale", "recorder", "review", "lateness", "stages", "clients", "requests",
-    "stops", "processes", "flood", "subscribers", "dashboard", "soak",
+    "stops", "processes", "flood", "subscribers", "dashboard", "browser",
+    "soak",
 )  # fmt: skip
 SERVICE_FREE = frozenset({"planner", "arms", "drives", "ratio", "scale", "recorder", "review"})
 """Benches of libraries alone, or in lock-step."""
@@ -44,6 +45,8 @@ UNASKED = frozenset(BENCHES) - {"soak"}
 """What runs unless something is named; a soak is as long as `--seconds`, and wants many."""
 SWINGING = frozenset({"lateness", "stages", "processes", "soak"})
 """Benches that need the arms to move for a while."""
+PAGES = frozenset({"dashboard", "browser"})
+"""Benches that need the dashboard."""
 GROUP = "both"
 ALONE_S = 10.0
 FLOODING, WATCHING = 4, (0, 1, 10, 50)
@@ -145,9 +148,11 @@ class Bench:
                     found.flooded = arms.stops(self._moves)
             if "subscribers" in self._wanted:
                 self._subscribers(daemon, arms, found)
-            if "dashboard" in self._wanted:
+            if self._wanted & PAGES:
+                seconds = self._seconds if "dashboard" in self._wanted else 0.0
+                presses = self._moves if "browser" in self._wanted else 0
                 page = daemon.directory / "page"
-                found.pages = dashboard.measure(self._report, page, daemon.endpoint, arms, self._seconds, self._moves)
+                found.pages = dashboard.measure(self._report, page, daemon.endpoint, arms, seconds, presses)
             found.failures = arms.failures
             lease.disable(GROUP)
         return found
@@ -227,9 +232,10 @@ class Bench:
             found.growth.say(self._report, log.between(*found.span_ns), found.cell.period_ns)
 
     def _pages(self, pages: dashboard.Seen, found: Findings, log: TickLog) -> None:
-        dashboard.say(self._report, len(found.cell.axes), pages)
-        spans = {f"{n} viewers": lateness(log.between(*span)) for n, span in pages.spans_ns.items()}
-        self._report.distributions("pages", "Lateness beside viewers of the dashboard", "us", spans, (50, 99, 99.9))
+        if pages.spans_ns:
+            dashboard.say(self._report, len(found.cell.axes), pages)
+            spans = {f"{n} viewers": lateness(log.between(*span)) for n, span in pages.spans_ns.items()}
+            self._report.distributions("pages", "Lateness beside viewers of the dashboard", "us", spans, (50, 99, 99.9))
         if pages.presses:
             rows = _spans(pages.presses, log.first_slowed_ns, "first slowed setpoint in force")
             del rows["answer"]
