@@ -216,9 +216,14 @@ def _bound(log: Log, axis: int, name: str, stop: bool) -> float:
     return float(getattr(one.stop_limits if stop and name != "velocity" else one.limits, name))
 
 
+def cut(name: str) -> float:
+    """What a logged value may lack of the true one, as a share of it."""
+    return 2.0 ** -SIGNIFICAND_BITS[name] if name in SIGNIFICAND_BITS else 0.0
+
+
 def _cut(log: Log, axis: int, name: str) -> float:
     """What a logged derivative may lack, as records keep not all of its bits; positions lack nothing."""
-    return _bound(log, axis, name, stop=True) * 2.0 ** -SIGNIFICAND_BITS[name] if name in SIGNIFICAND_BITS else 0.0
+    return _bound(log, axis, name, stop=True) * cut(name) if name in SIGNIFICAND_BITS else 0.0
 
 
 def _exceeded(log: Log, span: slice, axis: int, what: str, values: Array, allowed: Array) -> list[str]:
