@@ -87,7 +87,7 @@ def _flag(value: bool | None, yes: str, no: str) -> str:
 _HEALTH: dict[str, Callable[[DriveReport], str]] = {
     "temperature": lambda drive: "" if drive.temperature is None else f"{drive.temperature:.0f} degC",
     "voltage": lambda drive: "" if drive.voltage is None else f"{drive.voltage:.1f} V",
-    "torque": lambda drive: "" if drive.torque is None else f"{drive.torque:.0%}",
+    "torque": lambda drive: "" if drive.torque is None else f"{drive.torque:z.0%}",
     "safe torque off": lambda drive: _flag(drive.safe_torque_off, "active", ""),
     "homed": lambda drive: _flag(drive.homed, "yes", "no"),
 }

@@ -52,7 +52,7 @@ def _axis(key: str, group: GroupReport, i: int, error: float | None) -> Texts:
         f"{key}.error": millidegrees(error),
         f"{key}.drive": label(drive.state),
         f"{key}.nmt": label(drive.nmt),
-        f"{key}.torque": optional(drive.torque, "{:.0f} %", 100.0),
+        f"{key}.torque": optional(drive.torque, "{:z.0f} %", 100.0),
         f"{key}.temperature": optional(drive.temperature, "{:.0f} °C"),
         f"{key}.voltage": optional(drive.voltage, "{:.1f} V"),
         f"{key}.fault": of_drive(drive),

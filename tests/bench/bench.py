@@ -194,7 +194,11 @@ class Bench:
             f"{name} beside it": beside,
             f"{name} alone": alone,
         }
-        skipped = {"skipped ticks": {"controller": int(ticks["skipped"].sum())}}
+        period_us = found.cell.period * 1e6
+        counts = {row: times.above(period_us) for row, times in rows.items()} | {
+            "controller": int(ticks["skipped"].sum())
+        }
+        skipped = {"over a period late, or skipped": counts}
         title = (
             f"Lateness of {found.cell.period * 1e3:g} ms ticks, {len(found.cell.axes)} axes moving, "
             f"{found.scheduling.words()}"

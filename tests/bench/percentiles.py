@@ -48,6 +48,10 @@ class Distribution:
         """Largest value; NaN without samples."""
         return float(self.values[-1]) if self.total else float("nan")
 
+    def above(self, value: float) -> int:
+        """How many samples are larger."""
+        return int(self.counts[self.values > value].sum())
+
     def summary(self, *percents: float) -> dict[str, float]:
         """{"p50": ..., "max": ..., "samples": ...}."""
         result = {f"p{percent:g}": self.percentile(percent) for percent in percents}
