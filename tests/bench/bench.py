@@ -195,10 +195,8 @@ class Bench:
             f"{name} alone": alone,
         }
         period_us = found.cell.period * 1e6
-        counts = {row: times.above(period_us) for row, times in rows.items()} | {
-            "controller": int(ticks["skipped"].sum())
-        }
-        skipped = {"over a period late, or skipped": counts}
+        lost = {row: times.periods_lost(period_us) for row, times in rows.items()}
+        skipped = {"periods lost": lost | {"controller": int(ticks["skipped"].sum())}}
         title = (
             f"Lateness of {found.cell.period * 1e3:g} ms ticks, {len(found.cell.axes)} axes moving, "
             f"{found.scheduling.words()}"

@@ -48,9 +48,12 @@ class Distribution:
         """Largest value; NaN without samples."""
         return float(self.values[-1]) if self.total else float("nan")
 
-    def above(self, value: float) -> int:
-        """How many samples are larger."""
-        return int(self.counts[self.values > value].sum())
+    def periods_lost(self, period: float) -> int:
+        """How many periods passed while a loop of that period woke up late, by these latenesses.
+
+        A loop that goes on with the next period that is still to come has one sample for a pause of any length.
+        """
+        return int(((self.values // period).clip(min=0) * self.counts).sum())
 
     def summary(self, *percents: float) -> dict[str, float]:
         """{"p50": ..., "max": ..., "samples": ...}."""

@@ -12,7 +12,9 @@ from axisync_schemas.enumerations import MoveStatus
 from axisync_schemas.errors import ErrorCode
 
 SWING_DEG, STOPPED_DEG, SHORT_DEG = 15.0, 6.0, 0.5
-FAILURES_MAX = 20
+FAILURES_MAX = 40
+"""In a row, without a move that ended well between them."""
+AGAIN_S = 0.2
 BUSY_S = 0.005
 LEASE_S = 120.0
 """How long the demo's own program may hold the lease."""
@@ -55,6 +57,7 @@ class Arms:
         self._axes = len(client.config().axis_indices(group))
         self._sign = 1
         self.failures: list[str] = []
+        self._in_a_row = 0
 
     def of(self, group: str) -> "Arms":
         """The same client and lease for a part of the group."""
@@ -127,6 +130,8 @@ class Arms:
             self._recover(report.reason or "no reason")
         elif report.status is not expected:
             raise RuntimeError(f"move {move.id} is {report.status}, should be {expected}: {report.reason}")
+        else:
+            self._in_a_row = 0
         return report.status is expected
 
     def _recover(self, reason: str) -> None:
@@ -134,10 +139,19 @@ class Arms:
 
         Raises:
             RuntimeError: failures keep coming.
-            Refused: it cannot be enabled again.
+            Refused: it cannot be enabled again, for another reason than a new fault.
         """
-        self.failures.append(reason)
-        if len(self.failures) > FAILURES_MAX:
-            raise RuntimeError(f"{len(self.failures)} failures, the last one: {reason}")
-        self._lease.reset(self._group)
-        self._lease.enable(self._group)
+        while True:
+            self.failures.append(reason)
+            self._in_a_row += 1
+            if self._in_a_row > FAILURES_MAX:
+                raise RuntimeError(f"{self._in_a_row} failures in a row, the last one: {reason}")
+            try:
+                self._lease.reset(self._group)
+                self._lease.enable(self._group)
+                return
+            except Refused as refusal:
+                if refusal.code is not ErrorCode.FAULTED:
+                    raise
+                reason = refusal.message
+            time.sleep(AGAIN_S)

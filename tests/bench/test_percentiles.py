@@ -35,6 +35,6 @@ def test_summary_names_what_it_holds() -> None:
     assert Distribution.of([1.0, 2.0]).summary(50, 99.9) == {"p50": 1.0, "p99.9": 2.0, "max": 2.0, "samples": 2.0}
 
 
-def test_above_counts_larger_samples() -> None:
+def test_a_pause_costs_the_periods_that_pass_in_it() -> None:
     found = Distribution.of_histogram({1.0: 5, 2.0: 3, 7.0: 2})
-    assert [found.above(value) for value in (0.0, 1.0, 2.0, 6.9, 7.0)] == [10, 5, 2, 2, 0]
+    assert [found.periods_lost(period) for period in (1.0, 2.0, 3.5, 8.0)] == [25, 9, 4, 0]
