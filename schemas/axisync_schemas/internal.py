@@ -5,6 +5,7 @@ front -> planner: `PlanJob`; planner -> front: `PlanResult`.
 any -> recorder: `LogEntry`.
 """
 
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter
@@ -170,7 +171,8 @@ class LogEntry(Strict):
     plan_id: int | None = None
 
 
-class GroupStatus(Strict):
+@dataclass(slots=True)
+class GroupStatus:
     """One group as the controller sees it; `plan_id` 0 and `slot` -1 where it plays none.
 
     Attributes:
@@ -186,7 +188,8 @@ class GroupStatus(Strict):
     override: float = 1.0
 
 
-class DriveStatus(Strict):
+@dataclass(slots=True)
+class DriveStatus:
     """One drive; `error_code` is that of its last EMCY, 0 where none is active.
 
     Attributes:
@@ -209,7 +212,8 @@ class DriveStatus(Strict):
     serial: int = 0
 
 
-class BusStatus(Strict):
+@dataclass(slots=True)
+class BusStatus:
     """One bus; `load` is the share of its bits used over the last second."""
 
     state: str
@@ -219,7 +223,8 @@ class BusStatus(Strict):
     lost: int
 
 
-class ControllerStatus(Strict):
+@dataclass(slots=True)
+class ControllerStatus:
     """What the controller writes into the `status` mailbox, 20 times a second and at each change of a group's state."""
 
     tick: int
@@ -230,6 +235,10 @@ class ControllerStatus(Strict):
     skipped_ticks: int
     homed_changes: int = 0
     """`Word.HOMED_CHANGES` when this was written."""
+
+
+CONTROLLER_STATUS = TypeAdapter(ControllerStatus)
+"""Plain dataclasses: made and written in half the time of models, which matters within a cycle."""
 
 
 class RecorderStatus(Strict):

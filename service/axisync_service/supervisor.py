@@ -15,7 +15,7 @@ from pathlib import Path
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import Phase
 from axisync_schemas.events import EventKind
-from axisync_schemas.internal import ControllerStatus, LogEntry
+from axisync_schemas.internal import CONTROLLER_STATUS, LogEntry
 from axisync_schemas.memory import Mailbox, Word
 from axisync_schemas.replies import Event
 from axisync_schemas.topics import LOG_EVENTS
@@ -167,7 +167,7 @@ class Supervisor:
         payload = self._status.read()
         if payload is None:
             return [*processes, "controller"], []
-        status = ControllerStatus.model_validate_json(payload)
+        status = CONTROLLER_STATUS.validate_json(payload)
         missing = []
         for name, group in zip(self.cell.group_names, status.groups, strict=True):
             if not group.ready:

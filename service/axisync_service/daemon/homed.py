@@ -12,7 +12,7 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from axisync_schemas.cell import Cell
-from axisync_schemas.internal import ControllerStatus
+from axisync_schemas.internal import CONTROLLER_STATUS
 from axisync_schemas.memory import Control, Mailbox, Word
 
 _SERIALS: TypeAdapter[dict[str, int]] = TypeAdapter(dict[str, int])
@@ -55,7 +55,7 @@ class HomedFile:
         payload = status.read() if self._needed and changes != self._seen else None
         if payload is None:
             return
-        report = ControllerStatus.model_validate_json(payload)
+        report = CONTROLLER_STATUS.validate_json(payload)
         drives = zip(self._names, report.drives, strict=True)
         try:
             self._write({name: drive.serial for name, drive in drives if drive.homed})

@@ -5,7 +5,7 @@ from pydantic import ValidationError
 
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState, Phase, RecorderState
-from axisync_schemas.internal import ControllerStatus, GroupStatus
+from axisync_schemas.internal import CONTROLLER_STATUS, ControllerStatus, GroupStatus
 from axisync_schemas.memory import Control, Mailbox, Word
 from axisync_schemas.tick_ring import TickRing
 from axisync_schemas.ticks import Records
@@ -48,7 +48,7 @@ class WorldReader:
         data = self._status.read()
         if data is not None and data != self._status_bytes:
             try:
-                self._parsed = ControllerStatus.model_validate_json(data)
+                self._parsed = CONTROLLER_STATUS.validate_json(data)
             except ValidationError:
                 self._parsed = None
             self._status_bytes = data

@@ -8,6 +8,7 @@ import numpy as np
 
 from axisync_schemas.errors import ErrorBody
 from axisync_schemas.internal import (
+    CONTROLLER_STATUS,
     BusStatus,
     Command,
     ControllerEvent,
@@ -125,7 +126,7 @@ class Reporter:
             skipped_ticks=skipped,
             homed_changes=core.homed_changes,
         )
-        self._status.write(status.model_dump_json().encode())
+        self._status.write(CONTROLLER_STATUS.dump_json(status))
 
 
 def _drive_status(drive: DriveLink) -> DriveStatus:

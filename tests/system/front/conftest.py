@@ -25,6 +25,7 @@ from axisync_schemas.errors import ErrorBody
 from axisync_schemas.events import EventKind
 from axisync_schemas.internal import (
     CONTROLLER_COMMAND,
+    CONTROLLER_STATUS,
     MAX_PACKET,
     BeginCommand,
     BusStatus,
@@ -221,7 +222,7 @@ class ControllerPeer(threading.Thread):
             buses=(BusStatus(state="up", load=0.5, sent=1, received=2, lost=0),) * len(self.cell.buses),
             skipped_ticks=0,
         )
-        self.mailbox.write(status.model_dump_json().encode())
+        self.mailbox.write(CONTROLLER_STATUS.dump_json(status))
 
 
 WARM_S = 60.0

@@ -108,7 +108,7 @@ def test_home_is_waited_for_as_long_as_the_drives_may_take(rig: Any) -> None:
 
 def test_a_move_waits_for_home(rig: Any, no: Read) -> None:
     drive = DriveStatus(state=5, nmt=5, statusword=0, error_code=0, error=None)
-    missing = drive.model_copy(update={"homed": False})
+    missing = replace(drive, homed=False)
     bus = BusStatus(state="up", load=0.0, sent=0, received=0, lost=0)
     status = ControllerStatus(
         tick=1, now_ns=0, groups=(), drives=(drive, missing, *[drive] * 10), buses=(bus, bus), skipped_ticks=0

@@ -1,12 +1,13 @@
 """What is kept about homes: written when the controller says so, read back, never in the way."""
 
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
 import pytest
 
 from axisync_schemas.cell import Cell, parse_cell
-from axisync_schemas.internal import ControllerStatus, DriveStatus
+from axisync_schemas.internal import CONTROLLER_STATUS, ControllerStatus, DriveStatus
 from axisync_schemas.memory import STATUS_BYTES, Control, Mailbox, Word
 from axisync_service.daemon.homed import HomedFile, state_directory
 
@@ -25,12 +26,12 @@ class Memory:
     def show(self, homed: bool | None, serial: int, changes: int, announced: int | None = None) -> None:
         """Status first or counter first: the file must become right in the end."""
         plain = DriveStatus(state=2, nmt=5, statusword=0, error_code=0, error=None)
-        drive = plain.model_copy(update={"homed": homed, "serial": serial})
+        drive = replace(plain, homed=homed, serial=serial)
         drives = (plain, drive, *[plain] * (self._axes - 2))
         status = ControllerStatus(
             tick=1, now_ns=0, groups=(), drives=drives, buses=(), skipped_ticks=0, homed_changes=changes
         )
-        self.status.write(status.model_dump_json().encode())
+        self.status.write(CONTROLLER_STATUS.dump_json(status))
         self.control[Word.HOMED_CHANGES] = changes if announced is None else announced
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from axisync_schemas.cell import Cell, read_cell
 from axisync_schemas.enumerations import GroupState, Phase
-from axisync_schemas.internal import BusStatus, ControllerStatus, DriveStatus, GroupStatus
+from axisync_schemas.internal import CONTROLLER_STATUS, BusStatus, ControllerStatus, DriveStatus, GroupStatus
 from axisync_schemas.memory import STATUS_BYTES, Control, Mailbox, Word
 from axisync_schemas.tick_ring import TickRing
 from axisync_schemas.ticks import TickLayout
@@ -44,7 +44,7 @@ class Rig:
             drives=(DriveStatus(state=5, nmt=5, statusword=0, error_code=0, error=None),) * 12,
             buses=(BusStatus(state="up", load=0.5, sent=1, received=1, lost=0),) * 2, skipped_ticks=0,
         )  # fmt: skip
-        self.status.write(status.model_dump_json().encode())
+        self.status.write(CONTROLLER_STATUS.dump_json(status))
 
     def read(self, now_ns: int = NOW, since: int | None = NOW - 1) -> World:
         return self.reader.read(now_ns, Phase.RUNNING, since)
