@@ -305,8 +305,10 @@ class Mover:
         self._ports.notice(Notice(EventKind.MOVE_ENDED, what, details=details))
 
     def _announce(self, admitted: Admitted, move: Move, reply: MoveReply, ahead: JogAhead | None, world: World) -> None:
+        """The reply first: a client waits for it."""
         asker, asked = admitted.asker, admitted.asked
         reply = reply.model_copy(update={"now_s": world.now_s})
+        asker.begun(reply, ahead, world)
         entry = PlanLog(
             plan_id=move.plan_id,
             move_id=reply.move_id,
@@ -326,7 +328,6 @@ class Mover:
         }  # fmt: skip
         what = f"{reply.move_id} of {move.group} accepted, {reply.duration_s:.6g} s"
         self._ports.notice(Notice(EventKind.MOVE_ACCEPTED, what, details=details | {"group_name": move.group}))
-        asker.begun(reply, ahead, world)
 
     def on_ended(self, plan_id: object, status: object, reason: object) -> None:
         """The controller says that a move has ended."""
