@@ -1,6 +1,7 @@
 """What the dashboard costs, and what it costs the cycle (`--only dashboard`); how long its STOP takes (`browser`)."""
 
 import contextlib
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,8 @@ VIEWERS = (0, 1, 10)
 FRAMES_HZ = 20
 DRAW_SELDOM = "window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 500)"
 """Without a graphics card the 3D view takes more than the processors have left beside a cell; STOP does not need it."""
+NOTE_KEYS = "addEventListener('keydown', key => window.keyAt = performance.timeOrigin + key.timeStamp, true)"
+"""When the browser saw a key go down, ms of its wall clock."""
 
 
 @dataclass(slots=True)
@@ -25,7 +28,7 @@ class Seen:
 
     Attributes:
         spans_ns: begin and end of moving beside so many viewers; cpu: the dashboard's share of a core meanwhile.
-        presses: stops by a browser's space bar, from before the key went down.
+        presses: stops by a browser's space bar, from when the key went down.
     """
 
     spans_ns: dict[int, tuple[int, int]] = field(default_factory=dict)
@@ -60,10 +63,15 @@ def measure(report: Report, directory: Path, endpoint: str, arms: Arms, seconds:
     return seen
 
 
-def _press(screen: Screen) -> None:
-    """Until the page says that the stop was taken; so none of its own repetitions hits the move that follows."""
+def _press(screen: Screen) -> int:
+    """Until the page says that the stop was taken; so none of its own repetitions hits the move that follows.
+
+    Returns when the browser saw the key, monotonic ns: what tells it to press one takes its time too.
+    """
     screen.page.keyboard.press("Space")
     expect(screen.page.locator("#stop-note")).to_contain_text("Stop taken")
+    pressed_ms: float = screen.page.evaluate("keyAt")
+    return time.monotonic_ns() - (time.time_ns() - round(pressed_ms * 1e6))
 
 
 @contextlib.contextmanager
@@ -72,7 +80,7 @@ def _screen(url: str) -> Iterator[Screen]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS), timeout=90_000)
         page = browser.new_page(viewport={"width": 1280, "height": 1000})
-        page.add_init_script(DRAW_SELDOM)
+        page.add_init_script(f"{DRAW_SELDOM}; {NOTE_KEYS}")
         yield Screen(page).open(url)
         browser.close()
 

@@ -99,25 +99,30 @@ class Arms:
                 calls.append(call)
         return calls
 
-    def stops(self, count: int, stop: Callable[[], object] | None = None, seed: int = 1) -> list[Call]:
+    def stops(self, count: int, stop: Callable[[], int] | None = None, seed: int = 1) -> list[Call]:
         """Stops moves in the middle, at instants that are spread over a cycle and over the move.
 
         Args:
-            stop: how; else as this client. Another way may be slower: its moves are longer, and it begins earlier.
+            stop: how, returning when it began, monotonic ns; else as this client. Another way may be slower: its moves
+                are longer, and it begins earlier.
         """
         degrees, latest = (STOPPED_DEG, 0.7) if stop is None else (SWING_DEG, 0.4)
-        stop = stop or (lambda: self._client.stop(self._group))
+        stop = stop or self._stop
         random_share = random.Random(seed)
         calls: list[Call] = []
         while len(calls) < count:
             move = self.start(degrees)
             time.sleep(random_share.uniform(0.2, latest) * move.reply.duration_s)
-            called = time.monotonic_ns()
-            stop()
+            called = stop()
             call = Call(move.id, called, time.monotonic_ns())
             if self._ended(move, MoveStatus.STOPPED):
                 calls.append(call)
         return calls
+
+    def _stop(self) -> int:
+        called = time.monotonic_ns()
+        self._client.stop(self._group)
+        return called
 
     def _ended(self, move: Move, expected: MoveStatus) -> bool:
         """Waits; after a failure, has the group ready again.
