@@ -1,6 +1,7 @@
 """enable, disable, reset, hold, override, stop: about a whole group, over in a moment."""
 
 import math
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
@@ -9,6 +10,7 @@ from axisync_cli import interrupts, sentences
 from axisync_cli.options import EPILOG, GroupOrAll, Json, Take, in_words, terminal_of
 from axisync_cli.quantities import rate
 from axisync_cli.terminal import Terminal
+from axisync_client import Client
 from axisync_schemas.replies import GroupReply
 
 
@@ -50,13 +52,7 @@ def resume(context: typer.Context, group: GroupOrAll = "all", take: Take = False
     """Go on with a move that is held, and wait until it has ended. Ctrl-C stops it."""
     terminal = terminal_of(context, as_json, group)
     with terminal.connect() as client, client.lease(group, take=take) as lease:
-        try:
-            reply = lease.resume()
-            _done(terminal, reply)
-            states = interrupts.stand(client, list(reply.groups), math.inf)
-        except KeyboardInterrupt:
-            raise typer.Exit(interrupts.stop_and_wait(terminal, client, group)) from None
-        terminal.show(sentences.of_states(states))
+        _to_the_end(terminal, client, group, lease.resume)
 
 
 def override(
@@ -66,10 +62,10 @@ def override(
     take: Take = False,
     as_json: Json = False,
 ) -> None:
-    """Run along paths at a share of their speed, until changed."""
+    """Run along paths at a share of their speed, until changed. Waits for what is on its way; Ctrl-C stops it."""
     terminal = terminal_of(context, as_json, group)
     with terminal.connect() as client, client.lease(group, take=take) as lease:
-        _done(terminal, lease.override(value))
+        _to_the_end(terminal, client, group, lambda: lease.override(value))
 
 
 def stop(context: typer.Context, group: GroupOrAll = "all", as_json: Json = False) -> None:
@@ -77,6 +73,18 @@ def stop(context: typer.Context, group: GroupOrAll = "all", as_json: Json = Fals
     terminal = terminal_of(context, as_json, group)
     with terminal.connect() as client:
         _done(terminal, client.stop(group))
+
+
+def _to_the_end(terminal: Terminal, client: Client, group: str, command: Callable[[], GroupReply]) -> None:
+    """Keeps the lease until nothing is on its way: given back before, what moves would be held."""
+    try:
+        reply = command()
+        _done(terminal, reply)
+        states = interrupts.stand(client, list(reply.groups), math.inf)
+    except KeyboardInterrupt:
+        raise typer.Exit(interrupts.stop_and_wait(terminal, client, group)) from None
+    if states != reply.groups:
+        terminal.show(sentences.of_states(states))
 
 
 def _done(terminal: Terminal, reply: GroupReply) -> None:

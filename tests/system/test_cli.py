@@ -130,6 +130,23 @@ def test_a_stop_from_elsewhere_ends_the_command(service: Daemon, axisync: Axisyn
     assert errors.startswith("kingkong was stopped at ")
 
 
+def test_an_override_takes_a_move_over_and_sees_it_to_its_end(service: Daemon, axisync: Axisync) -> None:
+    assert outcome(axisync("enable", "kingkong"))[0] == 0
+    with Client(service.endpoint) as client:
+        before = client.state().groups["kingkong"].setpoint[0]
+        first = axisync("move", "kingkong", "--joint=-60,0,0,0,0,0deg", "--relative")
+        wait_for(lambda: client.state().groups["kingkong"].velocity[0] < -0.1, "the arm moves", 30)
+        refused = outcome(axisync("override", "50%", "kingkong"))
+        assert refused[0] == 1
+        assert "--take takes over" in refused[2]
+        code, out, errors = outcome(axisync("override", "50%", "kingkong", "--take"))
+        assert (code, errors) == (0, "")
+        assert out == "kingkong moving\nkingkong standstill\n"
+        assert client.state().groups["kingkong"].setpoint[0] - before == pytest.approx(deg(-60)[0], abs=1e-9)
+        assert "took" in outcome(first)[2]
+        assert outcome(axisync("override", "100%", "kingkong")) == (0, "kingkong standstill\n", "")
+
+
 def test_a_killed_command_leaves_the_move_held(service: Daemon, axisync: Axisync) -> None:
     assert outcome(axisync("enable", "kingkong"))[0] == 0
     with Client(service.endpoint) as client:
