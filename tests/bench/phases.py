@@ -15,6 +15,8 @@ SWING_DEG, STOPPED_DEG, SHORT_DEG = 15.0, 6.0, 0.5
 FAILURES_MAX = 40
 """In a row, without a move that ended well between them."""
 AGAIN_S = 0.2
+TTL_S = 20.0
+"""Of the lease: a machine that is busy with other things for a while ends no soak."""
 BUSY_S = 0.005
 LEASE_S = 120.0
 """How long the demo's own program may hold the lease."""
@@ -38,7 +40,7 @@ def acquire(client: Client, group: str) -> Lease:
     end = time.monotonic() + LEASE_S
     while True:
         try:
-            return client.lease(group)
+            return client.lease(group, ttl_s=TTL_S)
         except Refused as refusal:
             if refusal.code != ErrorCode.LEASE_HELD or time.monotonic() > end:
                 raise
