@@ -56,8 +56,11 @@ class Arms:
 
     def __init__(self, client: Client, lease: Lease, group: str) -> None:
         self._client, self._lease, self._group = client, lease, group
-        self._axes = len(client.config().axis_indices(group))
+        cell = client.config()
+        self._axes = len(cell.axis_indices(group))
+        self._first = cell.group_names[cell.members(group)[0]]
         self._sign = 1
+        self._home = self._setpoint()
         self.failures: list[str] = []
         self._in_a_row = 0
 
@@ -81,6 +84,10 @@ class Arms:
                     raise
         self._sign = -self._sign
         return move
+
+    def _setpoint(self) -> float:
+        """Of the group's first axis: all of them go the same way."""
+        return self._client.state().groups[self._first].setpoint[0]
 
     def swing(self, seconds: float, meanwhile: Callable[[], object]) -> tuple[int, int]:
         """Keeps all axes moving for so long; returns begin and end, monotonic ns."""
@@ -156,6 +163,7 @@ class Arms:
             try:
                 self._lease.reset(self._group)
                 self._lease.enable(self._group)
+                self._sign = 1 if self._setpoint() < self._home else -1
                 return
             except Refused as refusal:
                 if refusal.code is not ErrorCode.FAULTED:

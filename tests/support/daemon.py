@@ -36,6 +36,11 @@ def patient(text: str) -> str:
     return override(text, PATIENT)
 
 
+def unhurried(text: str) -> str:
+    """The same cell with a slow cycle: clients do not care, and the machine has time for them."""
+    return override(patient(text), {"period_ms": 8.0})
+
+
 def free_port() -> int:
     """A TCP port on loopback that nobody uses."""
     with socket.socket() as probe:

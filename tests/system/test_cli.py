@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from axisync_client import Client, MoveStatus, deg
-from support.daemon import Daemon, running, wait_for
+from support.daemon import Daemon, eod_text, running, unhurried, wait_for
 
 TIMEOUT_S = 60.0
 Axisync = Callable[..., "subprocess.Popen[str]"]
@@ -22,7 +22,7 @@ Axisync = Callable[..., "subprocess.Popen[str]"]
 @pytest.fixture(scope="module")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Daemon]:
     """One daemon for all tests here; each leaves its group standing still."""
-    with running(tmp_path_factory.mktemp("cli")) as daemon:
+    with running(tmp_path_factory.mktemp("cli"), unhurried(eod_text())) as daemon:
         yield daemon
 
 

@@ -9,18 +9,15 @@ import pytest
 pytest.importorskip("foxglove", reason="the extra foxglove is not installed")
 
 from axisync_client import Client, deg
-from axisync_schemas.cell import override
-from support.daemon import eod_text, patient, running
+from support.daemon import eod_text, running, unhurried
 from support.foxglove_viewer import LiveView, Viewer
 from support.logread import read_log
 
 TICKS = 200
-PERIOD_MS = 8.0
-"""Viewers do not care, and the machine has time for them."""
 
 
 def test_a_move_is_seen_live_as_it_is_logged_and_a_daemon_that_comes_back_is_seen_again(tmp_path: Path) -> None:
-    cell = override(patient(eod_text()), {"period_ms": PERIOD_MS})
+    cell = unhurried(eod_text())
     with running(tmp_path, cell, drives_apart=True) as daemon, LiveView(tmp_path, daemon.endpoint) as view:
         with Viewer(view.port) as viewer:
             viewer.subscribe("/setpoints", "/joint_states", "/events")

@@ -8,7 +8,7 @@ import pytest
 from axisync_client import Client, Refused
 from axisync_schemas.errors import ErrorCode
 from support.cells import small
-from support.daemon import Daemon, eod_text, patient, running
+from support.daemon import Daemon, eod_text, running, unhurried
 
 AXIS = "kingkong.2"
 STEP = (0.0, -0.02)
@@ -20,7 +20,7 @@ def homed(client: Client) -> list[bool | None]:
 
 
 def test_an_axis_stays_homed_over_a_restart_of_the_service(tmp_path: Path) -> None:
-    text = patient(small(eod_text())).replace(
+    text = unhurried(small(eod_text())).replace(
         "drive = { node_id = 2,", "drive = { homing = { method = 37 }, offset_deg = 12, node_id = 2,", 1
     )
     with running(tmp_path, text, drives_apart=True) as daemon:

@@ -12,7 +12,7 @@ from axisync_motion import SyncProfile, from_profiles, synchronise
 from axisync_schemas.cell import Cell
 from axisync_schemas.replies import MoveReply
 from support import logcheck
-from support.daemon import running
+from support.daemon import eod_text, running, unhurried
 from support.logread import Log, logs_in, read_log
 
 GROUP = "kingkong"
@@ -108,7 +108,7 @@ def played(client: Client, arm: Lease) -> list[Answer]:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
-    with running(tmp_path_factory.mktemp("plans")) as daemon:
+    with running(tmp_path_factory.mktemp("plans"), unhurried(eod_text())) as daemon:
         with Client(daemon.endpoint) as client, client.lease(GROUP) as arm:
             cell = client.config()
             arm.enable()

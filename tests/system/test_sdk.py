@@ -24,15 +24,12 @@ from axisync_client import (
     to_deg,
 )
 from axisync_emulator.faults.control import ask
-from axisync_schemas.cell import override
-from support.daemon import Daemon, eod_text, patient, running, wait_for
+from support.daemon import Daemon, eod_text, running, unhurried, wait_for
 from support.documents import ROOT, python_blocks
 from support.logread import logs_in
 
 EXAMPLES = ROOT / "clients" / "examples"
 TIMEOUT_S = 90.0
-PERIOD_MS = 8.0
-"""Clients do not care, and the machine has time for them."""
 PAGES = ("README.md", "docs/clients.md", "docs/log.md")
 BLOCKS = [(page, number) for page in PAGES for number in range(len(python_blocks(ROOT / page)))]
 FAULT = {"kind": "emergency", "bus": "kingkong", "node": 1, "code": 0x2310, "duration_s": 0.2}
@@ -43,8 +40,7 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Daemon]:
     """One daemon for all tests here, with drives that can be given faults."""
     directory = tmp_path_factory.mktemp("sdk")
     (directory / "control").mkdir()
-    text = override(patient(eod_text()), {"period_ms": PERIOD_MS})
-    with running(directory, text, arguments=("--control", str(directory / "control"))) as daemon:
+    with running(directory, unhurried(eod_text()), arguments=("--control", str(directory / "control"))) as daemon:
         with Client(daemon.endpoint, timeout_s=TIMEOUT_S) as client:
             client.plan_joint("kingkong", client.state().groups["kingkong"].setpoint)  # the planner is warm
         yield daemon
