@@ -147,7 +147,7 @@ def _demo(
 def check(cell_file: CellFile) -> None:
     """Check a cell file; print its axes, limits and the load of each bus."""
     cell, _ = _load(cell_file, refuse_overload=False)
-    print(f"{cell.name}: {len(cell.axes)} axes, {len(cell.buses)} buses, period {cell.period * 1e3:g} ms")
+    print(f"{cell.name}: axes {len(cell.axes)}, buses {len(cell.buses)}, period {cell.period * 1e3:g} ms")
     print(f"\n{'axis':<14}{'group':<12}{'bus:node':<16}{'soft limits':>18}{'hard limits':>18}{'V':>8}{'A':>8}{'J':>8}")
     for group in cell.groups:
         for axis in group.axes:
