@@ -173,13 +173,20 @@ class Chooser:
         for _ in range(2):
             wanted = (self._slope(end, r + dt * (w + dt * u / 2.0), aim, allowed) - w) / dt
             u = min(max(wanted, allowed[0]), allowed[1])
-        if not aim.slowing:
+        return Choice(u if aim.slowing else self._within_tables(end, now, u, allowed))
+
+    def _within_tables(self, end: float, now: State, wanted: float, allowed: Interval) -> float:
+        """What of u the tables let the rate change by at the rate that it leads to; from that of u = 0 on, since near
+        rate 1 the tables are steep."""
+        r, w, dt = now.rate, now.rate1, self._dt
+        u = 0.0
+        for _ in range(2):
             after = min(max(r + dt * (w + dt * u / 2.0), 0.0), 1.0)
             low, high = nearest(
                 allowed, ((-self._fall.at(end, after) - w) / dt, (self._rise.at(end, 1.0 - after) - w) / dt)
             )
-            u = min(max(u, low), high)
-        return Choice(u)
+            u = min(max(wanted, low), high)
+        return u
 
     def _land(self, now: State, aim: Aim, allowed: Interval) -> Choice | None:
         excess, w, dt = now.rate - aim.rate, now.rate1, self._dt

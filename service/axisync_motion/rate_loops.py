@@ -76,7 +76,7 @@ def sweep(
 ) -> None:
     """One table, out[levels, points], level by level."""
     levels, points = out.shape
-    w, before, slope, most, by_j, allowed, nearest, u, along, at = np.empty((10, points))
+    w, tried, before, slope, most, by_j, allowed, nearest, u, along, at = np.empty((11, points))
     for p in range(points):
         w[p], slope[p] = 0.0, steepest
     curvature(pulling, rates[0], w, share[0], steepest, nearest)
@@ -91,11 +91,14 @@ def sweep(
             w[p] = min(w[p] + slope[p] * step, most[p])
         dr, middle = x[level] ** 2 - x[level - 1] ** 2, 0.5 * (rate + rates[level - 1])
         for _ in range(ROUNDS):
+            for p in range(points):
+                tried[p] = w[p]
             curvature(pulling, rate, w, share[0], steepest, allowed)
             sum_up(allowed, nearest, u, along)
             go_on(before, u, along, dr, middle / width, at, w)
             keep_passable(most, along, width / max(rate, 1e-9), w)
         for p in range(points):
+            w[p] = min(w[p], tried[p])
             nearest[p] = allowed[p]
             slope[p] = (w[p] - before[p]) / step
             out[level, p] = w[p] / x[level]

@@ -37,9 +37,9 @@ ROUNDING = 1e-9  # by which a path that goes as fast as it may can exceed its ow
 
 # Of what is possible in stop, fall and rise: the rest makes up for what tables made of samples do not see, so that the
 # cycle can keep to them. Within the limits of moves little is left near rate 1, and a stop needs no such haste.
-SHARE_U = np.array([0.96, 0.4, 0.2])[:, np.newaxis]
+SHARE_U = np.array([0.96, 0.6, 0.4])[:, np.newaxis]
 SHARE_A = np.array([0.99, 0.95, 0.95])[:, np.newaxis]
-SHARE_J = np.array([0.99, 0.5, 0.15])[:, np.newaxis]
+SHARE_J = np.array([0.99, 0.7, 0.4])[:, np.newaxis]
 
 X = np.linspace(0.0, 1.0, LEVELS + 1)
 """Levels: the root of the rate's way to go; near the end of a change w is in proportion to it."""
@@ -201,6 +201,7 @@ class _Sweep:
         most = self._most(level)
         w, allowed = np.minimum(guess, most), nearest
         for _ in range(ROUNDS):
+            tried = w
             cells = 2.0 * dr / np.maximum(before + w, 1e-6) * (middle / width)
             allowed = self._curvature(room, turning, w)
             u = np.minimum(allowed, nearest)  # less may be left nearer to rest
@@ -214,7 +215,9 @@ class _Sweep:
             passed = along * (width / np.maximum(rate, 1e-9))
             passable = np.minimum.accumulate((most + passed)[:, ::-1], axis=1)[:, ::-1] - passed
             w = np.minimum(w, np.maximum(passable, 0.0))
-        return w, allowed
+        # A smaller |w| comes to the level before further along the path, where more may be possible: in turns, so that
+        # the rounds do not meet. Then the smaller of them holds.
+        return np.minimum(w, tried), allowed
 
     def _room(self, level: int) -> Array:
         """u that each row leaves at w = 0."""

@@ -47,6 +47,7 @@ class Preview:
             return
         self._planned, self._ghosts = None, {}
         self._shown.clear()
+        self._shown.classes(replace="preview")
         if self._arms is not None:
             self._arms.preview({})
         self._enable(self._tab.view())
