@@ -175,6 +175,7 @@ class Front:
     def _on_item(self, item: Incoming | Ask | Done) -> None:
         if isinstance(item, Incoming):
             self.actioner.on_command(item, self._look())
+            self._forget_state()
         elif isinstance(item, Ask):
             item.respond(self._answer(item))
         else:
@@ -229,6 +230,7 @@ class Front:
     def _deliver(self, messages: list[ControllerReply | ControllerEvent]) -> None:
         for message in messages:
             self.actioner.on_controller(message, self._look())
+            self._forget_state()
             if isinstance(message, ControllerEvent):
                 self._publish_event(message.event)
 
@@ -280,6 +282,10 @@ class Front:
         if time.monotonic_ns() - self._state_ns <= FRESH_TICKS * self._context.cell.period_ns:
             return self._state_bytes
         return self._state(self._sequence[topics.STATE])
+
+    def _forget_state(self) -> None:
+        """Something has changed: whoever is told so and asks for the state must not see that of before."""
+        self._state_ns = 0
 
     def _publish_cycle(self) -> None:
         control = self._context.control

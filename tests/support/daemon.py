@@ -37,8 +37,8 @@ def patient(text: str) -> str:
 
 
 def unhurried(text: str) -> str:
-    """The same cell with a slow cycle: clients do not care, and the machine has time for them."""
-    return override(patient(text), {"period_ms": 8.0})
+    """The same cell with a slow cycle, as patient: clients do not care, and the machine has time for them."""
+    return override(patient(text), {"period_ms": 8.0, "missed_ticks_max": 13, "tpdo_missed_max": 13})
 
 
 def free_port() -> int:

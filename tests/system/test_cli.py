@@ -134,16 +134,17 @@ def test_an_override_takes_a_move_over_and_sees_it_to_its_end(service: Daemon, a
     assert outcome(axisync("enable", "kingkong"))[0] == 0
     with Client(service.endpoint) as client:
         before = client.state().groups["kingkong"].setpoint[0]
-        first = axisync("move", "kingkong", "--joint=-60,0,0,0,0,0deg", "--relative")
-        wait_for(lambda: client.state().groups["kingkong"].velocity[0] < -0.1, "the arm moves", 30)
-        refused = outcome(axisync("override", "50%", "kingkong"))
+        first = axisync("move", "kingkong", "--joint=-60,0,0,0,0,0deg", "--relative", "--speed", "30%")
+        wait_for(lambda: client.state().groups["kingkong"].velocity[0] < -0.01, "the arm moves", 30)
+        refused = outcome(axisync("override", "90%", "kingkong"))
         assert refused[0] == 1
         assert "--take takes over" in refused[2]
-        code, out, errors = outcome(axisync("override", "50%", "kingkong", "--take"))
+        code, out, errors = outcome(axisync("override", "90%", "kingkong", "--take"))
         assert (code, errors) == (0, "")
         assert out == "kingkong moving\nkingkong standstill\n"
         assert client.state().groups["kingkong"].setpoint[0] - before == pytest.approx(deg(-60)[0], abs=1e-9)
-        assert "took" in outcome(first)[2]
+        code, _, errors = outcome(first)
+        assert (code, "the lease on kingkong is lost" in errors) == (1, True)
         assert outcome(axisync("override", "100%", "kingkong")) == (0, "kingkong standstill\n", "")
 
 
