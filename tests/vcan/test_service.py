@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisync_client import Client
+from axisync_client import Client, deg
 from axisync_emulator.faults.control import ask
 from axisync_schemas.cell import override
 from axisync_schemas.replies import MoveReply
@@ -62,6 +62,13 @@ def axisync(daemon: Daemon, *arguments: str) -> str:
     )
     assert done.returncode == 0, done.stdout + done.stderr + daemon.output
     return done.stdout
+
+
+def change_tool(daemon: Daemon) -> None:
+    """KingKong: P1 to P2, then its tool change. Planning takes seconds here, in which others do not get the CPU."""
+    with Client(daemon.endpoint, timeout_s=20.0) as client, client.lease("kingkong", ttl_s=10.0) as lease:
+        lease.move_joint(deg(*P2)).result()
+        lease.run_program(PROGRAMS / "tool_change.toml", speed_scale=0.5).result()
 
 
 def shapeless(text: str) -> str:
@@ -109,8 +116,7 @@ def play(directory: Path) -> Played:
     text = slower(override(patient(shapeless(eod_text())), TICKS_LATE), PERIOD_MS)
     with recorded(directory) as seen, running(directory, text, ("--control", str(directory))) as daemon:
         axisync(daemon, "enable", "all")
-        axisync(daemon, "move", "kingkong", "--joint", ",".join(map(str, P2)) + "deg")
-        axisync(daemon, "run", str(PROGRAMS / "tool_change.toml"), "--speed", "50%")
+        change_tool(daemon)
         fail_in_mid_move(daemon, directory / "wukong.sock")
         axisync(daemon, "reset", "wukong")
         axisync(daemon, "enable", "wukong")
