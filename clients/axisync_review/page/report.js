@@ -114,7 +114,7 @@ function showAxes() {
   const rows = review.axes.map((axis) => [axis.axis, meter(axis.velocity), meter(axis.acceleration), meter(axis.jerk),
     ...(stops ? [meter(axis.stop_acceleration), meter(axis.stop_jerk)] : []),
     number(axis.following_error_rms * 180e3 / Math.PI, 1), meter({ peak: axis.following_error_peak, share: axis.following_error_share })]);
-  $("axes").append(table([["axis"], ["velocity"], ["acceleration"], ["jerk"], ...(stops ? [["stop: acceleration"], ["stop: jerk"]] : []), ["following error rms, mdeg", "number"], ["peak, of window"]], rows));
+  $("axes").append(table([["axis"], ["velocity"], ["acceleration"], ["jerk"], ...(stops ? [["stop: acceleration"], ["stop: jerk"]] : []), ["error rms, mdeg", "number"], ["error peak, of window"]], rows));
 }
 
 function showIncidents() {
