@@ -78,7 +78,7 @@ def _check_state(name: str, world: World, member: int, table: dict[GroupState, t
     if view.state not in table:
         return
     code, text = table[view.state]
-    reason = view.reason or "unknown"
+    reason = view.reason or "the newest events say which"
     message = text.format(name=name, state=view.state.label, reason=reason)
     details = {"group": name, "state": view.state.label}
     raise Refusal(code, message, **details, **({"reason": reason} if code is ErrorCode.FAULTED else {}))
