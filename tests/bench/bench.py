@@ -33,6 +33,7 @@ from ticklog import TickLog, read
 from axisync_client import Client
 from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
+from support.daemon import eod_text, patient
 
 BENCHES = (
     "planner", "arms", "drives", "ratio", "scale", "recorder", "review", "lateness", "stages", "clients", "requests",
@@ -111,7 +112,9 @@ class Bench:
             scale.measure(self._report, self._figure)
         if self._wanted <= SERVICE_FREE:
             return
-        with Daemon(directory) as daemon, Stress(self._stress):
+        # A soak is about what grows and drifts: its drives wait longer, so that pauses of the machine do not end it.
+        cell = patient(eod_text()) if "soak" in self._wanted else None
+        with Daemon(directory, cell) as daemon, Stress(self._stress):
             self._report.say("starting the service")
             daemon.wait_ready()
             found = self._measure(daemon)

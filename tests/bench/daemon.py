@@ -25,8 +25,13 @@ class DaemonError(RuntimeError):
 class Daemon:
     """`axisyncd demo --no-dashboard` on a port of its own, logging into `directory`. A context manager."""
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, directory: Path, cell_text: str | None = None) -> None:
+        """`cell_text`: in the place of the demo's own cell file."""
         self.directory = directory
+        cell: tuple[str, ...] = ()
+        if cell_text is not None:
+            (directory / "cell.toml").write_text(cell_text, encoding="utf-8")
+            cell = ("--cell", str(directory / "cell.toml"))
         self.endpoint = f"tcp/127.0.0.1:{_free_port()}"
         self.lines: list[str] = []
         self._ready = threading.Event()
@@ -40,6 +45,7 @@ class Daemon:
                 str(directory),
                 "--listen",
                 self.endpoint,
+                *cell,
             ],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
