@@ -1,4 +1,4 @@
-"""enable, disable, reset, hold, override, stop: about a whole group, over in a moment."""
+"""enable, disable, reset, hold, resume, override, stop: about a whole group."""
 
 import math
 from collections.abc import Callable

@@ -176,8 +176,10 @@ class Chooser:
         return Choice(u if aim.slowing else self._within_tables(end, now, u, allowed))
 
     def _within_tables(self, end: float, now: State, wanted: float, allowed: Interval) -> float:
-        """What of u the tables let the rate change by at the rate that it leads to; from that of u = 0 on, since near
-        rate 1 the tables are steep."""
+        """u as near to `wanted` as the tables allow at the rate that u itself leads to.
+
+        They are steep near rate 1, and a large u would find itself allowed: so it is looked for from u = 0 on.
+        """
         r, w, dt = now.rate, now.rate1, self._dt
         u = 0.0
         for _ in range(2):
