@@ -6,7 +6,7 @@ Messages of `/setpoints` have one size, so that a run of them is found by the he
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import lz4.frame
 import zstandard
@@ -31,18 +31,16 @@ class DamagedChunk(ValueError):
     """A chunk that cannot be unpacked, or whose checksum is wrong."""
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
-    """`count` messages of one channel, all of `length` bytes with their heads, from `begin` on."""
+class Run(NamedTuple):
+    """`messages` messages of one channel, all of `length` bytes with their heads, from `begin` on."""
 
     begin: int
-    count: int
+    messages: int
     length: int
     channel: int
 
 
-@dataclass(frozen=True, slots=True)
-class Other:
+class Other(NamedTuple):
     """A record that is no message: schema or channel."""
 
     opcode: int
@@ -92,19 +90,18 @@ def walk(data: bytes) -> Iterator[Run | Other]:
     Raises:
         DamagedChunk: a record that reaches beyond the chunk.
     """
-    at = 0
-    while at < len(data):
-        if at + HEAD.size > len(data):
+    at, size = 0, len(data)
+    while at < size:
+        if at + HEAD.size > size:
             raise DamagedChunk("a chunk that ends within a record")
         opcode, length = HEAD.unpack_from(data, at)
         end = at + HEAD.size + length
-        if end > len(data) or (opcode == _MESSAGE and length < MESSAGE_OVERHEAD):
+        if end > size or (opcode == _MESSAGE and length < MESSAGE_OVERHEAD):
             raise DamagedChunk("a chunk that ends within a record")
         if opcode == _MESSAGE:
-            count = _alike(data, at, end - at)
-            (channel,) = struct.unpack_from("<H", data, at + HEAD.size)
-            yield Run(at, count, end - at, channel)
-            at += count * (end - at)
+            count, stride = _alike(data, at, end - at), end - at
+            yield Run(at, count, stride, data[at + HEAD.size] | data[at + HEAD.size + 1] << 8)
+            at += count * stride
         else:
             yield Other(opcode, at + HEAD.size, end)
             at = end

@@ -1,9 +1,12 @@
 """One pass over a log: everything that a review, its pictures and `why` need."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
+from axisync_review.ahead import ahead
 from axisync_review.changes import Changes
 from axisync_review.limits import LimitUse
 from axisync_review.log_file import Message
@@ -11,6 +14,9 @@ from axisync_review.pieces import Piece, Progress, Run
 from axisync_review.series import Series
 from axisync_review.story import Story
 from axisync_review.timing import FollowingError, Lateness
+
+AHEAD = 2
+"""Pieces that are read while one is judged."""
 
 
 @dataclass(slots=True)
@@ -47,16 +53,28 @@ def gather(paths: Sequence[Path], curves: bool = False, progress: Progress | Non
     run = Run(paths, progress)
     found: Findings | None = None
     story = Story()
-    for part in run.parts():
-        if isinstance(part, Message):
-            story.add(part)
-        else:
-            found = found or _nothing(run, story, curves)
-            _take(part, found)
+    with closing(ahead(_batches(run.parts()), AHEAD)) as batches:
+        for part in chain.from_iterable(batches):
+            if isinstance(part, Message):
+                story.add(part)
+            else:
+                found = found or _nothing(run, story, curves)
+                _take(part, found)
     found = found or _nothing(run, story, curves)
     story.sort()
     _span(found)
     return found
+
+
+def _batches(parts: Iterator[Piece | Message]) -> Iterator[list[Piece | Message]]:
+    """Up to a piece each, with the messages before it."""
+    batch: list[Piece | Message] = []
+    for part in parts:
+        batch.append(part)
+        if isinstance(part, Piece):
+            yield batch
+            batch = []
+    yield batch
 
 
 def _nothing(run: Run, story: Story, curves: bool) -> Findings:

@@ -115,8 +115,8 @@ class LogFile:
     _metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     _attachments: dict[str, bytes] = field(default_factory=dict)
 
-    def parts(self, ticks: bool = True) -> Iterator[Rows | Message]:
-        """Ticks, many at once, and messages of other topics. `ticks=False` leaves the ticks out.
+    def parts(self, ticks: bool = True) -> Iterator[memoryview | Message]:
+        """Bytes of `Rows`, many at once, and messages of other topics. `ticks=False` leaves the ticks out.
 
         Raises:
             LogUnreadable: not a log of axisync, or not one that this version can read.
@@ -144,7 +144,7 @@ class LogFile:
             self.heading = self._make_heading(text)
         return self.heading
 
-    def _frame(self, frame: Frame, ticks: bool) -> Iterator[Rows | Message]:
+    def _frame(self, frame: Frame, ticks: bool) -> Iterator[memoryview | Message]:
         try:
             if frame.opcode == Opcode.HEADER:
                 self._header(Header.read(body_stream(frame.body)))
@@ -155,7 +155,7 @@ class LogFile:
                 metadata = Metadata.read(body_stream(frame.body))
                 self._metadata[metadata.name] = dict(metadata.metadata)
             elif frame.opcode == Opcode.CHUNK:
-                yield from self._chunk(frame, ticks)
+                yield from self._chunk(unpack(frame.body), ticks)
         except MALFORMED as error:
             if isinstance(error, LogUnreadable):
                 raise
@@ -165,9 +165,9 @@ class LogFile:
         if header.profile != PROFILE:
             raise foreign(self.path, header.profile)
 
-    def _chunk(self, frame: Frame, ticks: bool) -> Iterator[Rows | Message]:
+    def _chunk(self, data: bytes, ticks: bool) -> Iterator[memoryview | Message]:
         heading = self.head()
-        data = unpack(frame.body)
+        octets, size = memoryview(data), heading.row.itemsize
         for part in walk(data):
             if isinstance(part, Other):
                 self._declare(part.opcode, data[part.begin : part.end])
@@ -175,12 +175,14 @@ class LogFile:
             channel = self._channels.get(part.channel)
             if channel is None:
                 raise DamagedChunk(f"messages of channel {part.channel}, which is not declared")
-            if channel.topic in DERIVED:
-                continue
-            if channel.topic != LOG_SETPOINTS:
-                yield from _messages(channel.topic, data, part)
-            elif ticks:
-                yield self._rows(data, part, heading)
+            topic = channel.topic
+            if topic == LOG_SETPOINTS:
+                if part.length != size:
+                    raise self._other_size(part, heading)
+                if ticks:
+                    yield octets[part.begin : part.begin + part.messages * size]
+            elif topic not in DERIVED:
+                yield from _messages(topic, data, part)
 
     def _declare(self, opcode: int, body: bytes) -> None:
         if opcode == Opcode.SCHEMA:
@@ -193,14 +195,11 @@ class LogFile:
             if channel.topic == LOG_SETPOINTS and schema_of is not None:
                 _check_record(self.path, schema_of.data)
 
-    def _rows(self, data: bytes, run: Run, heading: Heading) -> Rows:
-        row = heading.row
-        if run.length != row.itemsize:
-            size = run.length - MESSAGE_HEAD.size
-            raise LogUnreadable(
-                f"{self.path} has ticks of {size} bytes, where those of its cell file have {heading.layout.size}"
-            )
-        return np.frombuffer(data, dtype=row, count=run.count, offset=run.begin)
+    def _other_size(self, run: Run, heading: Heading) -> LogUnreadable:
+        size = run.length - MESSAGE_HEAD.size
+        return LogUnreadable(
+            f"{self.path} has ticks of {size} bytes, where those of its cell file have {heading.layout.size}"
+        )
 
     def _make_heading(self, text: bytes) -> Heading:
         try:
@@ -228,7 +227,7 @@ def _parsed(text: str) -> tuple[Cell, TickLayout, "np.dtype[np.void]"]:
 
 
 def _messages(topic: str, data: bytes, run: Run) -> Iterator[Message]:
-    for begin in range(run.begin, run.begin + run.count * run.length, run.length):
+    for begin in range(run.begin, run.begin + run.messages * run.length, run.length):
         log_time = MESSAGE_HEAD.unpack_from(data, begin)[4]
         yield Message(topic, log_time, data[begin + MESSAGE_HEAD.size : begin + run.length])
 

@@ -119,18 +119,23 @@ class Run:
         """
         done = 0
         for file in self.files:
-            block = _Block()
+            block: list[memoryview] = []
+            octets = enough = 0
             for part in file.parts(ticks):
                 if isinstance(part, Message):
                     yield part
                     continue
-                if not block.rows:
+                if not block:
                     self._check_cell(file)
                     self._tell(done + file.position)
-                if block.add(part):
-                    yield from self._pieces(block.take())
+                    enough = PIECE_ROWS * self.heading.row.itemsize
+                block.append(part)
+                octets += part.nbytes
+                if octets >= enough:
+                    yield from self._pieces(block)
+                    block, octets = [], 0
             self._check_cell(file)
-            yield from self._pieces(block.take())
+            yield from self._pieces(block)
             done += file.size
             self._tell(done)
 
@@ -147,10 +152,11 @@ class Run:
                 "give the files of one cell at a time",
             )
 
-    def _pieces(self, rows: Rows) -> Iterator[Piece]:
+    def _pieces(self, block: list[memoryview]) -> Iterator[Piece]:
         """Cuts rows where ticks do not follow each other."""
-        if not len(rows):
+        if not block:
             return
+        rows: Rows = np.frombuffer(b"".join(block), dtype=self.heading.row)
         try:
             # Schema, sizes and the chunks' checksums have been compared; one record in each block is enough.
             self.heading.layout.check(np.ascontiguousarray(rows["record"][:1]))
@@ -199,27 +205,6 @@ class Run:
         self.missing += last - first + 1
         if len(self.gaps) < GAPS_NAMED:
             self.gaps.append(Gap(first, last, log_time_ns))
-
-
-class _Block:
-    """Gathers runs of rows until there are enough."""
-
-    def __init__(self) -> None:
-        self.rows: list[Rows] = []
-        self._count = 0
-
-    def add(self, rows: Rows) -> bool:
-        self.rows.append(rows)
-        self._count += len(rows)
-        return self._count >= PIECE_ROWS
-
-    def take(self) -> Rows:
-        if not self.rows:
-            return np.empty(0, dtype=np.void)
-        octets = [rows.view(np.uint8) for rows in self.rows]
-        joined: Rows = np.concatenate(octets).view(self.rows[0].dtype)
-        self.rows, self._count = [], 0
-        return joined
 
 
 def in_order(paths: Sequence[Path]) -> list[Path]:

@@ -205,11 +205,11 @@ class Copier:
 
     def _times(self, data: bytes, run: Run) -> list[tuple[int, int]]:
         """(log time, offset in the chunk) of each message of a run."""
-        rows = np.frombuffer(data, np.uint8, run.count * run.length, run.begin).reshape(run.count, run.length)
+        rows = np.frombuffer(data, np.uint8, run.messages * run.length, run.begin).reshape(run.messages, run.length)
         times = np.ascontiguousarray(rows[:, 15:23]).view("<u8")[:, 0].tolist()
         if self.summary.channels[run.channel].topic == LOG_SETPOINTS:
             self._last_tick = int(np.ascontiguousarray(rows[-1, 11:15]).view("<u4")[0])
-        return list(zip(times, range(run.begin, run.begin + run.count * run.length, run.length), strict=True))
+        return list(zip(times, range(run.begin, run.begin + run.messages * run.length, run.length), strict=True))
 
     def _declare(self, data: bytes, part: Other) -> None:
         body = data[part.begin : part.end]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from axisync_review.limits import COMMANDED, group_of_axes, peaks
+from axisync_review.limits import COMMANDED, group_of_axes, in_states, peaks
 from axisync_review.pieces import Piece
 from axisync_schemas.cell import Cell
 
@@ -54,7 +54,7 @@ class Lateness:
         self.skipped += int(skipped.sum())
         most, self._running = _longest(skipped, self._running)
         self.skipped_in_a_row = max(self.skipped_in_a_row, most)
-        commanded = np.isin(piece.fresh("group_state"), COMMANDED).any(axis=1)
+        commanded = in_states(piece.fresh("group_state"), COMMANDED).any(axis=1)
         most, self._running_commanded = _longest(skipped & commanded, self._running_commanded)
         self.skipped_commanded = max(self.skipped_commanded, most)
 
@@ -113,11 +113,13 @@ class FollowingError:
         errors: Array = piece.column("position")[:-1] - piece.column("position_actual")[1:]
         if not np.isfinite(errors.sum()):  # Told of as a limit; here it would spoil the rest.
             errors = np.nan_to_num(errors, posinf=0.0, neginf=0.0)
-        commanded = np.isin(piece.column("group_state"), COMMANDED)
-        errors *= (commanded[1:] & commanded[:-1])[:, self._group]
+        commanded = in_states(piece.column("group_state"), COMMANDED)
+        commanded = commanded[1:] & commanded[:-1]
+        if not commanded.all():
+            errors *= commanded[:, self._group]
         skipped = piece.column("skipped") != 0
         known = ~(skipped[1:] | skipped[:-1])
-        self._measure(piece, errors, (commanded[1:] & commanded[:-1]) & known[:, np.newaxis])
+        self._measure(piece, errors, commanded & known[:, np.newaxis])
         if not known.all():
             errors = errors[np.maximum.accumulate(np.where(known, np.arange(len(known)), 0))]
         return errors
@@ -126,7 +128,8 @@ class FollowingError:
         """Peaks and squares of the new rows of `errors` where `good` [rows - 1, g]."""
         first = max(0, piece.carried - 1)
         values = np.abs(errors[first:])
-        values *= good[first:][:, self._group]
+        if not good[first:].all():
+            values *= good[first:][:, self._group]
         here = peaks(values)
         for axis in np.flatnonzero(here > self.greatest):
             self.greatest[axis] = here[axis]
