@@ -16,22 +16,22 @@ import planner
 import recorder
 import review
 import scale
+import soak
 import stops_ratio
 from crowd import Crowd
 from daemon import Daemon
 from lines import tool_lines
 from percentiles import Distribution
-from phases import Arms, Call, acquire
+from phases import SWING_DEG, Arms, Call, acquire
 from processes import Sampler, Usage, find
-from reference import Reference, Scheduling
+from reference import Reference, Scheduling, bare_cycle
 from report import Report
-from soak import Growth
 from stages import StageReader
 from stress import Stress
 from ticklog import TickLog, read
 
 from axisync_client import Client
-from axisync_schemas.cell import Cell
+from axisync_schemas.cell import Cell, override
 from axisync_schemas.ticks import Records
 from support.daemon import eod_text, patient
 
@@ -50,8 +50,8 @@ PAGES = frozenset({"dashboard", "browser"})
 """Benches that need the dashboard."""
 GROUP = "both"
 ALONE_S = 10.0
-FLOODING, WATCHING = 4, (0, 1, 10, 50)
-"""Clients that ask for plans; clients that subscribe to every tick, in turn."""
+FLOODING, WATCHING, WATCHING_TURNS = 4, (0, 1, 10, 50), 4
+"""Clients that ask for plans; clients that subscribe to every tick, in turns."""
 RATIO_MOVES, RATIO_LINES = 150, 100
 """Of each four stops: 1,000 in all."""
 
@@ -69,9 +69,9 @@ class Findings:
     requests: list[Call] = field(default_factory=list)
     stops: list[Call] = field(default_factory=list)
     flooded: list[Call] = field(default_factory=list)
-    watched_ns: dict[int, tuple[int, int]] = field(default_factory=dict)
+    watched_ns: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
     pages: dashboard.Seen | None = None
-    growth: Growth | None = None
+    growth: soak.Growth | None = None
     failures: list[str] = field(default_factory=list)
 
 
@@ -113,13 +113,14 @@ class Bench:
         if self._wanted <= SERVICE_FREE:
             return
         # A soak is about what grows and drifts: its drives wait longer, so that pauses of the machine do not end it.
-        cell = patient(eod_text()) if "soak" in self._wanted else None
+        soaking = "soak" in self._wanted
+        cell = override(patient(eod_text()), {"rotate_after_min": soak.ROTATE_MIN}) if soaking else None
         with Daemon(directory, cell) as daemon, Stress(self._stress):
             self._report.say("starting the service")
             daemon.wait_ready()
             found = self._measure(daemon)
             daemon.stop()
-            log = read(daemon.log())
+            log = read(daemon.logs())
         if "lateness" in self._wanted:
             self._lateness(found, log)
         self._cycle(found)
@@ -161,29 +162,39 @@ class Bench:
         return found
 
     def _subscribers(self, daemon: Daemon, arms: Arms, found: Findings) -> None:
-        for count in WATCHING:
-            self._report.say(f"moving with {count} subscribers of every tick")
-            with Crowd("watch", daemon.endpoint, count):
-                found.watched_ns[count] = arms.swing(self._seconds / len(WATCHING), lambda: None)
+        """In turns, since this machine is not equally fast at all times."""
+        for turn in range(WATCHING_TURNS):
+            self._report.say(f"moving with {', '.join(map(str, WATCHING))} subscribers of every tick, turn {turn + 1}")
+            for count in WATCHING:
+                with Crowd("watch", daemon.endpoint, count):
+                    span = arms.swing(self._seconds / len(WATCHING) / WATCHING_TURNS, lambda: None)
+                found.watched_ns.setdefault(count, []).append(span)
 
     def _swing(self, daemon: Daemon, controller: int, arms: Arms, found: Findings) -> None:
         stages = StageReader(controller, len(found.cell.groups))
         beside = Reference(found.cell.period, self._seconds, found.scheduling.beside())
         try:
             sampler = Sampler(daemon.pid, ("bench (client)", os.getpid()))
-            growth = Growth(sampler.usage, self._seconds)
+            growth = soak.Growth(sampler.usage, self._seconds)
 
             def look() -> None:
                 stages.poll()
                 growth.poll()
 
-            found.span_ns = arms.swing(self._seconds, look)
+            degrees = soak.SWING_DEG if "soak" in self._wanted else SWING_DEG
+            found.span_ns = arms.swing(self._seconds, look, degrees)
             found.growth = growth
             found.usages = sampler.usage()
             found.beside = (beside.name, beside.result())
         finally:
             beside.stop()
         found.stages = stages.distributions()
+        if "stages" in self._wanted:
+            buses = len(found.cell.buses)
+            found.stages["frames alone, without a service"] = bare_cycle(
+                found.cell.period, min(ALONE_S, self._seconds), found.scheduling.beside(),
+                buses, -(-len(found.cell.axes) // buses),
+            )  # fmt: skip
 
     def _lateness(self, found: Findings, log: TickLog) -> None:
         assert found.beside is not None
@@ -229,7 +240,10 @@ class Bench:
             title = f"From a call of `stop`, while {FLOODING} clients ask for plans, to"
             self._report.distributions("flood", title, "ms", rows, (50, 99))
         if found.watched_ns:
-            spans = {f"{n} subscribers": lateness(log.between(*span)) for n, span in found.watched_ns.items()}
+            spans = {
+                f"{n} subscribers": lateness(*(log.between(*turn) for turn in turns))
+                for n, turns in found.watched_ns.items()
+            }
             self._report.distributions("subscribers", "Lateness beside subscribers", "us", spans, (50, 99, 99.9))
         if found.pages is not None:
             self._pages(found.pages, found, log)
@@ -254,13 +268,19 @@ def _spans(calls: list[Call], instant_ns: Callable[[str], int], what: str) -> di
     return {what: Distribution.of(effects), "answer": Distribution.of(answers)}
 
 
-def lateness(ticks: Records) -> Distribution:
-    """Microseconds. A skipped tick counts as late as until the next one that was executed, so it cannot hide."""
-    if len(ticks) == 0:
-        return Distribution.of([])
+def lateness(*spans: Records) -> Distribution:
+    """Microseconds, of all ticks of some spans."""
+    return Distribution.of([late for ticks in spans for late in _late_us(ticks)])
+
+
+def _late_us(ticks: Records) -> list[float]:
+    """A skipped tick counts as late as until the next one that was executed, so it cannot hide."""
+    if not ticks["skipped"].size or ticks["skipped"].all():
+        return []
     late = ticks["lateness_ns"].astype(np.float64)
     begins = ticks["cycle_start_ns"].astype(np.int64)
     executed = np.flatnonzero(ticks["skipped"] == 0)
     following = executed[np.minimum(np.searchsorted(executed, np.arange(len(ticks))), len(executed) - 1)]
     waited = np.maximum(begins[following] - begins, 0)
-    return Distribution.of((waited + late[following]) / 1e3)
+    us: list[float] = ((waited + late[following]) / 1e3).tolist()
+    return us

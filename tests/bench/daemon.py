@@ -117,16 +117,16 @@ class Daemon:
         self._process.wait()
         self._reader.join(5.0)
 
-    def log(self) -> Path:
-        """Its log file.
+    def logs(self) -> list[Path]:
+        """Its log files, oldest first.
 
         Raises:
-            DaemonError: there is not exactly one.
+            DaemonError: there is none.
         """
         files = sorted(self.directory.glob("*.mcap"))
-        if len(files) != 1:
-            raise self.error(f"{self.directory} holds {len(files)} logs: {', '.join(f.name for f in files)}")
-        return files[0]
+        if not files:
+            raise self.error(f"{self.directory} holds no log")
+        return files
 
 
 def _end_with_parent() -> None:

@@ -89,11 +89,11 @@ class Arms:
         """Of the group's first axis: all of them go the same way."""
         return self._client.state().groups[self._first].setpoint[0]
 
-    def swing(self, seconds: float, meanwhile: Callable[[], object]) -> tuple[int, int]:
+    def swing(self, seconds: float, meanwhile: Callable[[], object], degrees: float = SWING_DEG) -> tuple[int, int]:
         """Keeps all axes moving for so long; returns begin and end, monotonic ns."""
         begin = time.monotonic_ns()
         while time.monotonic_ns() < begin + seconds * 1e9:
-            self._ended(self.start(SWING_DEG), MoveStatus.SUCCEEDED)
+            self._ended(self.start(degrees), MoveStatus.SUCCEEDED)
             meanwhile()
         return begin, time.monotonic_ns()
 

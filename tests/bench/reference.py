@@ -90,6 +90,22 @@ class Reference:
         self._process.communicate()
 
 
+def bare_cycle(period_s: float, seconds: float, scheduling: Scheduling, buses: int, drives: int) -> Distribution:
+    """Microseconds of a cycle that only sends and receives the frames of `buses` with so many drives each.
+
+    Raises:
+        RuntimeError: it failed, with what it said.
+    """
+    numbers = (round(period_s * 1e9), max(1, round(seconds / period_s)), buses, drives)
+    done = subprocess.run(
+        [sys.executable, str(HERE / "bare_cycle.py"), *map(str, numbers)],
+        capture_output=True, text=True, check=False, timeout=seconds + 30.0, preexec_fn=scheduling.apply,
+    )  # fmt: skip
+    if done.returncode != 0:
+        raise RuntimeError(f"the bare cycle failed: {done.stderr.strip()[-500:]}")
+    return Distribution.of([int(line) / 1e3 for line in done.stdout.split()])
+
+
 def _command(period_ns: int, ticks: int, scheduling: Scheduling) -> tuple[str, list[str]]:
     """The best there is here: its name and its command line."""
     if shutil.which("cyclictest"):

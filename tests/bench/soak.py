@@ -12,7 +12,11 @@ from axisync_schemas.ticks import Records
 
 SETTLING_S = 20.0
 """Before the first look: caches fill, pages are touched."""
-LOOKS = 10
+LOOKS = 20
+SWING_DEG = 1.0
+"""Moves so short that a thousand of them, which front remembers, are over in some ten minutes."""
+ROTATE_MIN = 5.0
+"""Log files so short that the recorder begins several: what it holds of one must be gone with it."""
 
 
 @dataclass
@@ -39,10 +43,12 @@ class Growth:
         """A row for each process, and one for the grid."""
         lines = []
         for name, sizes in self.memory.items():
-            at = np.array(self.at_s[: len(sizes)])
-            slope = float(np.polyfit(at, sizes, 1)[0]) * 3600.0 if len(sizes) > 2 else float("nan")
-            lines.append([name, f"{sizes[0]:.1f}", f"{sizes[-1]:.1f}", f"{slope:+.1f}"])
-        report.table("soak", f"Memory over {self.seconds:g} s, MiB", ["process", "first", "last", "an hour"], lines)
+            half = len(sizes) // 2
+            late, at = sizes[half:], np.array(self.at_s[half : len(sizes)])
+            slope = float(np.polyfit(at, late, 1)[0]) * 3600.0 if len(late) > 2 else float("nan")
+            lines.append([name, f"{sizes[0]:.1f}", f"{sizes[half]:.1f}", f"{sizes[-1]:.1f}", f"{slope:+.1f}"])
+        columns = ["process", "first", "half-way", "last", "an hour, from half-way on"]
+        report.table("soak", f"Memory over {self.seconds:g} s, MiB", columns, lines)
         starts = ticks["cycle_start_ns"].astype(np.int64)
         off = starts - starts[0] - (ticks["tick"].astype(np.int64) - int(ticks["tick"][0])) * period_ns
         report.say(f"grid: {len(ticks):,} ticks, off by at most {int(np.abs(off).max())} ns, "

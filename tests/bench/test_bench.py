@@ -70,3 +70,11 @@ def test_processes_are_named_by_what_they_do(command: str, name: str) -> None:
 
 def test_no_number_is_made_of_nothing() -> None:
     assert math.isnan(lateness(ticks(0)).maximum)
+
+
+def test_spans_are_not_joined() -> None:
+    """What was between two turns is no lateness."""
+    later = ticks(10)
+    later["cycle_start_ns"] += 60_000_000_000
+    found = lateness(ticks(10, skipped=(10,)), later)
+    assert (found.total, found.maximum) == (20, 10.0)

@@ -1,6 +1,6 @@
 """What the log says of a run: when the setpoints of each move came into force."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -51,14 +51,14 @@ class TickLog:
         return int(self.ticks["cycle_start_ns"][rows[0]])
 
 
-def read(path: Path) -> TickLog:
-    """The whole log.
+def read(paths: Sequence[Path]) -> TickLog:
+    """The whole log, of one or more files.
 
     Raises:
         ValueError: ticks are missing in it.
     """
-    log = read_log(path)
+    log = read_log(*paths)
     gaps = np.flatnonzero(np.diff(log.ticks["tick"].astype(np.int64)) != 1)
     if gaps.size:
-        raise ValueError(f"{path}: the log lacks ticks after tick {log.ticks['tick'][gaps[0]]}")
+        raise ValueError(f"{paths[0]}: the log lacks ticks after tick {log.ticks['tick'][gaps[0]]}")
     return TickLog(log.ticks, {str(plan["move_id"]): plan_id for plan_id, plan in log.plans.items()})
