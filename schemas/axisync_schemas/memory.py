@@ -95,6 +95,11 @@ class Control:
         """A word of elementary group `group`."""
         return self._words[_WORDS + group * _GROUP_WORDS + word]
 
+    def of_groups(self, word: GroupWord) -> list[int]:
+        """A word of each elementary group."""
+        end = _WORDS + self._groups * _GROUP_WORDS
+        return self._words[_WORDS + word : end : _GROUP_WORDS].tolist()
+
     def set_group(self, group: int, word: GroupWord, value: int) -> None:
         """Stores a word of elementary group `group`."""
         self._words[_WORDS + group * _GROUP_WORDS + word] = value

@@ -8,7 +8,7 @@ from typing import Protocol
 from axisync_emulator.candump import Candump
 from axisync_emulator.linux import StopRequest
 
-PAUSE_NS = 200_000
+PAUSE_NS = 400_000
 """At least this long between two looks, so that several frames are handled at once. Only the moment at which others see
 a frame depends on it, by at most this much: on the bus everything keeps its own time."""
 _IDLE_S = 1.0

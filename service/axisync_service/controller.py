@@ -45,9 +45,9 @@ def build(
     source: TimeSource = next((port.time_source for port in ports if port.time_source), None) or MonotonicTime()
     worst = max(budget(cell, bus).cyclic_s for bus in cell.buses)
     clock = GridClock(source, cell.period_ns, round(worst * 1e9))
-    reporter = Reporter(commander, log, memory.status)
+    reporter = Reporter(commander, log)
     writer = TickWriter(memory.ticks)
-    return Cycle(cell, core, ports, clock, memory.control, commander, reporter, writer, memory.timings)
+    return Cycle(cell, core, ports, clock, memory.control, commander, reporter, memory.status, writer, memory.timings)
 
 
 def open_ports(cell: Cell) -> list[BusPort]:

@@ -169,7 +169,7 @@ class Hub:
                 return None
             now = self._clock()
             try:
-                for at, can_id, data in unpack_frames(packet):
+                for can_id, data, at in unpack_frames(packet):
                     medium.queue(source, can_id, data, min(at or now, now))
             except ProtocolError:
                 client.malformed += 1

@@ -5,12 +5,13 @@ import select
 import socket
 import time
 from collections import deque
+from collections.abc import Sequence
 from typing import Any
 
 import can
 
 from axisync_emulator.simcan import timing
-from axisync_emulator.simcan.protocol import FRAME, PACKET_MAX, Hello, ProtocolError, unpack_frames, widen
+from axisync_emulator.simcan.protocol import FRAME, FRAMES_MAX, PACKET_MAX, Hello, ProtocolError, unpack_frames, widen
 from axisync_emulator.simcan.wire import ERROR, EXTENDED, EXTENDED_MASK, REMOTE
 
 _CONNECT_TIMEOUT_S = 5.0
@@ -20,7 +21,7 @@ class SimCanBus(can.BusABC):
     """A participant of a simcan bus. Sending never blocks; what does not fit is refused at once, as with ENOBUFS.
 
     Messages are stamped with the time at which their last bit was on the bus: CLOCK_MONOTONIC, or virtual time in
-    lock-step, in seconds. Besides python-can's methods there are `send_frame` and `drain`, which build no messages.
+    lock-step, in seconds. Besides python-can's methods there are `send_frames` and `drain`, which build no messages.
 
     Args:
         channel: path of the bus's socket.
@@ -31,7 +32,7 @@ class SimCanBus(can.BusABC):
 
     def __init__(self, channel: str, can_filters: Any = None, **kwargs: object) -> None:
         self._sock = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self._received: deque[tuple[int, int, bytes]] = deque()
+        self._received: deque[tuple[int, bytes, int]] = deque()
         self._time: timing.TimeSource | None = None
         self._can_protocol = can.CanProtocol.CAN_20
         self.channel = channel
@@ -77,13 +78,21 @@ class SimCanBus(can.BusABC):
         return self._sock.fileno()
 
     def send_frame(self, can_id: int, data: bytes) -> None:
-        """Sends a frame; `can_id` may carry SocketCAN's flags.
+        """Sends a frame; see `send_frames`."""
+        self.send_frames(((can_id, data),))
+
+    def send_frames(self, frames: Sequence[tuple[int, bytes]]) -> None:
+        """Sends frames one after the other: identifier, which may carry SocketCAN's flags, and data of each.
 
         Raises:
-            can.CanOperationError: the transmit buffer is full (error_code ENOBUFS), or the hub has gone (EPIPE).
+            can.CanOperationError: the transmit buffer is full (error_code ENOBUFS), or the hub has gone (EPIPE). Of up
+                to `FRAMES_MAX` frames none has been sent then.
         """
+        stamp = self._stamp()
+        packed = [FRAME.pack(stamp, can_id, len(data), data) for can_id, data in frames]
         try:
-            self._sock.send(FRAME.pack(self._stamp(), can_id, len(data), data))
+            for first in range(0, len(packed), FRAMES_MAX):
+                self._sock.send(b"".join(packed[first : first + FRAMES_MAX]))
         except BlockingIOError:
             raise can.CanOperationError("the transmit buffer is full", errno.ENOBUFS) from None
         except OSError as error:
@@ -107,7 +116,7 @@ class SimCanBus(can.BusABC):
             can.CanOperationError: the hub has gone, and nothing is left to read.
         """
         self._read()
-        frames = [(can_id, data, at) for at, can_id, data in self._received]
+        frames = list(self._received)
         self._received.clear()
         return frames
 
@@ -152,7 +161,7 @@ def _no_time() -> int:
     return 0
 
 
-def _message(at: int, can_id: int, data: bytes) -> can.Message:
+def _message(can_id: int, data: bytes, at: int) -> can.Message:
     remote = bool(can_id & REMOTE)
     return can.Message(
         timestamp=at / 1e9,

@@ -65,17 +65,17 @@ class Hello:
         return hello
 
 
-def unpack_frames(packet: bytes) -> list[tuple[int, int, bytes]]:
-    """(time ns, can_id, data) of every frame in a packet.
+def unpack_frames(packet: bytes) -> list[tuple[int, bytes, int]]:
+    """(can_id, data, time ns) of every frame in a packet.
 
     Raises:
         ProtocolError: not a whole number of frames, or a length above 8.
     """
     try:
-        frames = [(time, can_id, data[:length]) for time, can_id, length, data in FRAME.iter_unpack(packet)]
+        frames = [(can_id, data[:length], time) for time, can_id, length, data in FRAME.iter_unpack(packet)]
     except struct.error:
         raise ProtocolError(f"a packet of {len(packet)} bytes") from None
-    if any(packet[i] > 8 for i in range(12, len(packet), FRAME.size)):
+    if max(packet[12 :: FRAME.size], default=0) > 8:
         raise ProtocolError("a frame of more than 8 bytes")
     return frames
 

@@ -1,10 +1,10 @@
-"""The cycle's view of a bus: send a frame, drain what has come, never wait."""
+"""The cycle's view of a bus: send frames, drain what has come, never wait."""
 
 import fcntl
 import struct
 import termios
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import can
@@ -51,30 +51,26 @@ class BusPort(ABC):
         self.failure: str | None = None
         self.off = False
 
-    def send(self, can_id: int, data: bytes) -> None:
-        """Queues a frame; a full queue or a dead bus loses it (counted) and never raises.
+    def send(self, frames: Sequence[Frame]) -> None:
+        """Queues frames in their order; a full queue or a dead bus loses some (counted) and never raises.
 
         While the controller is off the bus nothing is queued: it would be sent later, as a command of long ago.
         """
-        if self.off:
-            self.lost += 1
+        if self.off or not frames:
+            self.lost += len(frames)
             return
-        try:
-            self._send(can_id, data)
-        except (OSError, can.CanError) as error:
-            self.lost += 1
-            self.failure = str(error)
-            return
-        self.sent += 1
-        self.bits += FRAME_BITS + BYTE_BITS * len(data)
         self.failure = None
+        queued = self._send(frames)
+        self.lost += len(frames) - len(queued)
+        self.sent += len(queued)
+        self._count_bits(queued)
 
-    def _count(self, frames: list[Frame]) -> None:
-        self.received += len(frames)
-        self.bits += FRAME_BITS * len(frames) + BYTE_BITS * sum(len(data) for _, data in frames)
+    def _count_bits(self, frames: Sequence[Frame]) -> None:
+        self.bits += FRAME_BITS * len(frames) + BYTE_BITS * sum([len(data) for _, data in frames])
 
     @abstractmethod
-    def _send(self, can_id: int, data: bytes) -> None: ...
+    def _send(self, frames: Sequence[Frame]) -> Sequence[Frame]:
+        """Those that were queued; sets `failure` where some were not. Never raises."""
 
     @abstractmethod
     def drain(self) -> list[Frame]:
@@ -95,8 +91,17 @@ class SocketCanPort(BusPort):
         self._socket.setblocking(False)
         self._restarted = True
 
-    def _send(self, can_id: int, data: bytes) -> None:
-        self._socket.send(_CAN_FRAME.pack(can_id, len(data), data))
+    def _send(self, frames: Sequence[Frame]) -> Sequence[Frame]:
+        queued = []
+        for frame in frames:
+            can_id, data = frame
+            try:
+                self._socket.send(_CAN_FRAME.pack(can_id, len(data), data))
+            except OSError as error:
+                self.failure = str(error)
+            else:
+                queued.append(frame)
+        return queued
 
     def drain(self) -> list[Frame]:
         """As declared; a bus that went down simply has no frames."""
@@ -115,7 +120,8 @@ class SocketCanPort(BusPort):
             self.failure = str(error)
         if self.off and self._restarted and self._queued() == 0:
             self.off, self.failure = False, None
-        self._count(frames)
+        self.received += len(frames)
+        self._count_bits(frames)
         return frames
 
     def _on_error(self, can_id: int) -> None:
@@ -143,8 +149,13 @@ class SimCanPort(BusPort):
         self._drain = self._bus.drain
         self.time_source = self._bus.time_source
 
-    def _send(self, can_id: int, data: bytes) -> None:
-        self._bus.send_frame(can_id, data)
+    def _send(self, frames: Sequence[Frame]) -> Sequence[Frame]:
+        try:
+            self._bus.send_frames(frames)
+        except (OSError, can.CanError) as error:
+            self.failure = str(error)
+            return ()
+        return frames
 
     def drain(self) -> list[Frame]:
         """As declared."""
@@ -153,7 +164,8 @@ class SimCanPort(BusPort):
         except (OSError, can.CanError) as error:
             self.failure = str(error)
             return []
-        self._count(frames)
+        self.received += len(frames)
+        self._count_bits(frames)
         return frames
 
     def close(self) -> None:

@@ -65,6 +65,10 @@ class _Phase(Enum):
     UPLOAD_SEGMENT = auto()
 
 
+_IDLE = _Phase.IDLE
+"""Asked for by each drive and tick: Python 3.11 takes 0.2 us to look a member up."""
+
+
 @dataclass(slots=True)
 class SdoClient:
     """The client side of one node's SDO channel. `poll` gives the next frame to send, `receive` takes the answer.
@@ -115,7 +119,7 @@ class SdoClient:
 
     def poll(self, now_ns: int) -> bytes | None:
         """The frame to send now, if any; also watches the time-out."""
-        if self._phase is _Phase.IDLE:
+        if self._phase is _IDLE:
             return None
         if self._pending is not None:
             frame, self._pending = self._pending, None

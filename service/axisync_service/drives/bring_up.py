@@ -34,6 +34,10 @@ class Phase(Enum):
     FAILED = auto()
 
 
+_READY = Phase.READY
+"""Asked for by each drive and tick: Python 3.11 takes 0.2 us to look a member up."""
+
+
 @dataclass(slots=True)
 class BringUp:
     """Brings one node up and says why it could not. `step` is called each tick; `sdo` is polled by the cycle.
@@ -71,7 +75,7 @@ class BringUp:
     @property
     def ready(self) -> bool:
         """The node is configured and operational."""
-        return self.phase is Phase.READY
+        return self.phase is _READY
 
     def restart(self) -> None:
         """Begins anew, after a boot-up frame or a lost heartbeat."""

@@ -63,7 +63,7 @@ def state_of(statusword: int) -> DriveState:
     return _BY_LOW_BYTE[statusword & 0xFF]
 
 
-_TOWARDS_ENABLED = {
+_TOWARDS_ENABLED = dict.fromkeys(DriveState, Controlword.DISABLE_VOLTAGE) | {
     DriveState.SWITCH_ON_DISABLED: Controlword.SHUTDOWN,
     DriveState.READY_TO_SWITCH_ON: Controlword.SWITCH_ON,
     DriveState.SWITCHED_ON: Controlword.ENABLE_OPERATION,
@@ -73,4 +73,4 @@ _TOWARDS_ENABLED = {
 
 def towards_enabled(state: DriveState) -> Controlword:
     """The next command on the way to operation enabled; from any other state, no voltage."""
-    return _TOWARDS_ENABLED.get(state, Controlword.DISABLE_VOLTAGE)
+    return _TOWARDS_ENABLED[state]

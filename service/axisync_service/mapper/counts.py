@@ -21,12 +21,18 @@ class CountMap:
 
     def to_counts(self, position: NDArray[np.float64]) -> NDArray[np.int64]:
         """[n] rad -> [n] counts, before INT32 wraps."""
-        counts: NDArray[np.int64] = np.rint((position - self._offset) * self._scale).astype(np.int64)
+        turns: NDArray[np.float64] = position - self._offset
+        turns *= self._scale
+        counts: NDArray[np.int64] = np.rint(turns, out=turns).astype(np.int64)
         return counts
 
     def to_position(self, counts: NDArray[np.int64]) -> NDArray[np.float64]:
         """[n] counts -> [n] rad, to `FINEST`."""
-        position: NDArray[np.float64] = np.rint((counts / self._scale + self._offset) / self._step) * self._step
+        position: NDArray[np.float64] = counts / self._scale
+        position += self._offset
+        position /= self._step
+        np.rint(position, out=position)
+        position *= self._step
         return position
 
 

@@ -3,13 +3,13 @@
 import gc
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import NmtState, Phase
 from axisync_schemas.events import EventKind
-from axisync_schemas.memory import Control, GroupWord, TimingRing, Word
-from axisync_service.bus.port import BusPort
+from axisync_schemas.memory import Control, GroupWord, Mailbox, TimingRing, Word
+from axisync_service.bus.port import BusPort, Frame
 from axisync_service.canopen import sync
 from axisync_service.canopen.nmt import HEARTBEAT_BASE, NMT_ID, make_command, make_heartbeat
 from axisync_service.canopen.pdo import RPDO1_BASE, make_rpdo1
@@ -23,6 +23,7 @@ from axisync_service.motion_controller.groups import GroupMachine
 from axisync_service.motion_controller.lateness import Lateness, Spent
 from axisync_service.motion_controller.reporter import Commander, Reporter, TickWriter
 from axisync_service.motion_controller.skips import SkipReport
+from axisync_service.motion_controller.status import StatusWriter
 from axisync_service.motion_controller.step import Core
 from axisync_service.motion_controller.voice import Happening, Severity
 
@@ -48,6 +49,7 @@ class Cycle:
         control: Control,
         commander: Commander,
         reporter: Reporter,
+        status: Mailbox,
         ticks: TickWriter,
         timings: TimingRing,
     ) -> None:
@@ -61,6 +63,7 @@ class Cycle:
         ]  # fmt: skip
         self._heartbeat_ticks = max(1, round(cell.controller_heartbeat / cell.period))
         self._status_ticks = max(1, round(STATUS_PERIOD_S / cell.period))
+        self._status = StatusWriter(status, core.drives, self._status_ticks)
         self._garbage_ticks = max(1, round(GARBAGE_PERIOD_S / cell.period))
         self._sdo_turn = [0] * len(ports)
         self._skipped_ticks = 0
@@ -94,10 +97,10 @@ class Cycle:
     def tick(self, tick: Tick) -> None:
         """One executed tick, and the records of those skipped before it."""
         now = time.monotonic_ns
-        counter = sync.FRAMES[sync.counter(tick.index)]
+        sync_frame = [(sync.SYNC_ID, sync.FRAMES[sync.counter(tick.index)])]
         switches, began = _switches(), now()
         for port in self.ports:
-            port.send(sync.SYNC_ID, counter)
+            port.send(sync_frame)
         for missed in range(tick.index - tick.skipped, tick.index):
             self._skip(missed, tick)
         self.core.begin_tick()
@@ -143,7 +146,7 @@ class Cycle:
                     foreign.hear(bus, can_id)
 
     def _inputs(self, tick: Tick) -> Inputs:
-        control, groups = self.control, range(len(self.core.groups))
+        control = self.control
         connected = self._commander.connected
         if connected != self._front:
             self._front = connected
@@ -153,9 +156,9 @@ class Cycle:
             tick=tick.index,
             now_ns=tick.start_ns,
             skipped=tick.skipped,
-            stop_counts=[control.group(group, GroupWord.STOP_COUNT) for group in groups],
-            lease_until_ns=[control.group(group, GroupWord.LEASE_UNTIL_NS) for group in groups],
-            lease_epochs=[control.group(group, GroupWord.LEASE_EPOCH) for group in groups],
+            stop_counts=control.of_groups(GroupWord.STOP_COUNT),
+            lease_until_ns=control.of_groups(GroupWord.LEASE_UNTIL_NS),
+            lease_epochs=control.of_groups(GroupWord.LEASE_EPOCH),
             front=connected,
             leases_needed=self._commander.leases_needed,
             stopping=self.phase is not Phase.RUNNING or self._commander.finished,
@@ -168,24 +171,28 @@ class Cycle:
         enabled = any(group.following for group in self.core.groups)
         for position, port in enumerate(self.ports):
             drives = self._drives_of_bus[position]
-            for group, axis, drive in drives:
-                if drive.bring_up.ready:
-                    controlword = group.controlword(axis, tick.index)
-                    rpdo = make_rpdo1(controlword, counts[group.first + axis])
-                    port.send(RPDO1_BASE + drive.axis.drive.node_id, rpdo)
-            self._write_rest(position, port, drives, tick, (tick.index & 1) if enabled else SDO_FRAMES_IDLE)
+            frames = [
+                (
+                    RPDO1_BASE + drive.axis.drive.node_id,
+                    make_rpdo1(group.controlword(axis, tick.index), counts[group.first + axis]),
+                )
+                for group, axis, drive in drives
+                if drive.bring_up.ready
+            ]
+            frames += self._rest(position, drives, tick, (tick.index & 1) if enabled else SDO_FRAMES_IDLE)
+            port.send(frames)
 
-    def _write_rest(
-        self, position: int, port: BusPort, drives: list[tuple[GroupMachine, int, DriveLink]], tick: Tick, sdo: int
-    ) -> None:
+    def _rest(
+        self, position: int, drives: list[tuple[GroupMachine, int, DriveLink]], tick: Tick, sdo: int
+    ) -> Iterator[Frame]:
         """Heartbeat, NMT and, last, SDO."""
         if tick.index % self._heartbeat_ticks == 0:
-            port.send(HEARTBEAT_BASE + self.cell.controller_node_id, make_heartbeat(NmtState.OPERATIONAL))
+            yield HEARTBEAT_BASE + self.cell.controller_node_id, make_heartbeat(NmtState.OPERATIONAL)
         for _, _, drive in drives:
             command = drive.bring_up.command
             if command is not None:
                 drive.bring_up.command = None
-                port.send(NMT_ID, make_command(command, drive.axis.drive.node_id))
+                yield NMT_ID, make_command(command, drive.axis.drive.node_id)
         turn = self._sdo_turn[position]
         for offset in range(len(drives)):
             if sdo == 0:
@@ -195,7 +202,7 @@ class Cycle:
             if frame is not None:
                 sdo -= 1
                 self._sdo_turn[position] = (turn + offset + 1) % len(drives)
-                port.send(REQUEST_BASE + drive.axis.drive.node_id, frame)
+                yield REQUEST_BASE + drive.axis.drive.node_id, frame
 
     # --- report -------------------------------------------------------------------------------------------------
 
@@ -210,13 +217,16 @@ class Cycle:
             for ref, error in core.voice.replies:
                 self._reporter.reply(ref, tick.index, error, core.voice.data.pop(ref, None))
             core.voice.replies.clear()
-        if core.voice.happenings:
+        if core.voice.happenings or core.voice.changed:
+            self._status.renew()
             self._reporter.events(core.voice.happenings, tick.index, tick.start_ns)
         if core.voice.changed or tick.index % self._status_ticks == 0:
             self._say_buses()
             self._say_malformed()
-            self._reporter.status(core, self.ports, self._loads, tick.index, tick.start_ns, self._skipped_ticks)
+            self._status.write(core, self.ports, self._loads, tick.index, tick.start_ns, self._skipped_ticks)
             self.control[Word.HOMED_CHANGES] = core.homed_changes
+        else:
+            self._status.look()
         if tick.index % self._garbage_ticks == 0:
             self._measure_loads()
 
@@ -251,13 +261,19 @@ class Cycle:
         targets = self.core.current.counts.tolist()
         for _ in range(FAREWELL_ROUNDS):
             for position, port in enumerate(self.ports):
-                for group, axis, drive in self._drives_of_bus[position]:
-                    if drive.bring_up.ready and group.following:
-                        rpdo = make_rpdo1(Controlword.QUICK_STOP, targets[group.first + axis])
-                        port.send(RPDO1_BASE + drive.axis.drive.node_id, rpdo)
+                port.send(
+                    [
+                        (
+                            RPDO1_BASE + drive.axis.drive.node_id,
+                            make_rpdo1(Controlword.QUICK_STOP, targets[group.first + axis]),
+                        )
+                        for group, axis, drive in self._drives_of_bus[position]
+                        if drive.bring_up.ready and group.following
+                    ]
+                )
             tick = self.clock.wait()
             for port in self.ports:
-                port.send(sync.SYNC_ID, sync.FRAMES[sync.counter(tick.index)])
+                port.send([(sync.SYNC_ID, sync.FRAMES[sync.counter(tick.index)])])
 
 
 def _switches() -> int:

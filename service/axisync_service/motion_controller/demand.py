@@ -31,9 +31,15 @@ class Inputs:
 
 @dataclass(slots=True)
 class Setpoints:
-    """Demand of one instant, all axes [n] and all groups [g]; `counts` as the drives' 32-bit objects hold them."""
+    """Demand of one instant, all axes [n] and all groups [g]; `counts` as the drives' 32-bit objects hold them.
+
+    Attributes:
+        rates: [3, n] of which velocity, acceleration and jerk are the rows; rate_bits: the same as they lie in memory.
+    """
 
     position: Array
+    rates: Array
+    rate_bits: NDArray[np.uint64]
     velocity: Array
     acceleration: Array
     jerk: Array
@@ -46,11 +52,14 @@ class Setpoints:
     @staticmethod
     def zeros(axes: int, groups: int) -> "Setpoints":
         """Everything at 0."""
+        rates = np.zeros((3, axes))
         return Setpoints(
             position=np.zeros(axes),
-            velocity=np.zeros(axes),
-            acceleration=np.zeros(axes),
-            jerk=np.zeros(axes),
+            rates=rates,
+            rate_bits=rates.view(np.uint64),
+            velocity=rates[0],
+            acceleration=rates[1],
+            jerk=rates[2],
             plan_id=np.zeros(groups, np.uint64),
             path_s=np.zeros(groups),
             path_rate=np.zeros(groups),

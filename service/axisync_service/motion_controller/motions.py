@@ -21,7 +21,11 @@ class Motions:
 
     def all(self) -> list[Motion]:
         """Motions under way or held, each once."""
-        return list({id(group.motion): group.motion for group in self._groups if group.motion is not None}.values())
+        found: list[Motion] = []
+        for group in self._groups:
+            if group.motion is not None and group.motion not in found:
+                found.append(group.motion)
+        return found
 
     def start(self, motion: Motion, duration_s: float) -> None:
         """The members begin to move."""

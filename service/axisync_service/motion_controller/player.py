@@ -27,7 +27,7 @@ class Motion:
 
     Attributes:
         members: indices of the elementary groups that move.
-        axes: [n] indices of their axes, as in the plan.
+        axes: indices of their axes, as in the plan: [n], or a slice where they follow each other.
         ending: SUCCEEDED until something slows it.
         relaxed_ticks: ticks not on the way to rest in which the stop limits were kept only, not those of moves.
         jog_until_ns: of a jog, when it stops unless it is told to go on; None for a move.
@@ -39,7 +39,7 @@ class Motion:
         jog_until_ns: int | None = None,
     ) -> None:  # fmt: skip
         self.plan_id, self.slot, self.group, self.members = plan.plan_id, slot, group, members
-        self.axes = plan.axes.astype(np.intp)
+        self.axes = _columns(plan.axes.tolist())
         self.ending = Ending.SUCCEEDED
         self.reason: str | None = None
         self.relaxed_ticks = 0
@@ -111,3 +111,9 @@ class Motion:
         self.relaxed_ticks += self._clock.relaxed and not self._clock.slowing
         q, v, a, j = self._clock.motion()
         return (q, v, a, np.zeros_like(j)) if self.at_rest else (q, v, a, j)  # the last tick's jerk is over
+
+
+def _columns(axes: list[int]) -> "slice | NDArray[np.intp]":
+    """As numpy takes them fastest."""
+    first, end = axes[0], axes[0] + len(axes)
+    return slice(first, end) if axes == list(range(first, end)) else np.array(axes, dtype=np.intp)

@@ -1,4 +1,4 @@
-"""Tells front and the recorder what the cycle decided: replies, events, status, tick records. Never waits."""
+"""Tells front and the recorder what the cycle decided: replies, events, tick records. Never waits."""
 
 import datetime
 import socket
@@ -7,25 +7,11 @@ from typing import Protocol
 import numpy as np
 
 from axisync_schemas.errors import ErrorBody
-from axisync_schemas.internal import (
-    CONTROLLER_STATUS,
-    BusStatus,
-    Command,
-    ControllerEvent,
-    ControllerReply,
-    ControllerStatus,
-    DriveStatus,
-    GroupStatus,
-    LogEntry,
-)  # fmt: skip
-from axisync_schemas.memory import Mailbox
+from axisync_schemas.internal import Command, ControllerEvent, ControllerReply, LogEntry
 from axisync_schemas.replies import Event
 from axisync_schemas.tick_ring import TickRing
 from axisync_schemas.ticks import KEPT
 from axisync_schemas.topics import LOG_EVENTS
-from axisync_service.bus.port import BusPort
-from axisync_service.canopen.emcy import describe
-from axisync_service.drives.link import DriveLink
 from axisync_service.motion_controller.demand import Setpoints
 from axisync_service.motion_controller.step import Core
 from axisync_service.motion_controller.voice import Happening
@@ -52,10 +38,9 @@ class Commander(Protocol):
 class Reporter:
     """The controller's voice."""
 
-    def __init__(self, commander: Commander, log: socket.socket | None, status: Mailbox) -> None:
+    def __init__(self, commander: Commander, log: socket.socket | None) -> None:
         self._commander = commander
         self._log = log
-        self._status = status
         self.events_lost = 0
 
     def reply(self, ref: int, tick: int, error: ErrorBody | None, data: str | None = None) -> None:
@@ -94,58 +79,6 @@ class Reporter:
         except OSError:
             self.events_lost += 1
 
-    def status(
-        self, core: Core, ports: list[BusPort], loads: list[float], tick: int, now_ns: int, skipped: int
-    ) -> None:
-        """Rewrites the status mailbox."""
-        status = ControllerStatus(
-            tick=tick,
-            now_ns=now_ns,
-            groups=tuple(
-                GroupStatus(
-                    override=group.override,
-                    state=int(group.state),
-                    plan_id=group.motion.plan_id if group.motion else 0,
-                    slot=group.motion.slot if group.motion else -1,
-                    reason=group.fault or group.reason,
-                    ready=group.ready,
-                )
-                for group in core.groups
-            ),
-            drives=tuple(_drive_status(drive) for drive in core.drives),
-            buses=tuple(
-                BusStatus(
-                    state="up" if port.failure is None else f"down: {port.failure}",
-                    load=load,
-                    sent=port.sent,
-                    received=port.received,
-                    lost=port.lost,
-                )
-                for port, load in zip(ports, loads, strict=True)
-            ),
-            skipped_ticks=skipped,
-            homed_changes=core.homed_changes,
-        )
-        self._status.write(CONTROLLER_STATUS.dump_json(status))
-
-
-def _drive_status(drive: DriveLink) -> DriveStatus:
-    health, emergency = drive.health, drive.emergency
-    return DriveStatus(
-        state=int(drive.state),
-        nmt=int(drive.nmt),
-        statusword=drive.statusword,
-        error_code=emergency.code if emergency else 0,
-        error=drive.bring_up.failure or (describe(emergency.code) if emergency else None),
-        velocity=drive.velocity,
-        torque=drive.torque,
-        temperature=health.temperature.value if health.temperature else None,
-        voltage=health.voltage.value if health.voltage else None,
-        safe_torque_off=health.safe_torque_off.value if health.safe_torque_off else None,
-        homed=drive.homed if drive.axis.drive.homing else None,
-        serial=drive.bring_up.serial,
-    )
-
 
 class TickWriter:
     """Fills the one record and puts it into the ring; fields are views, so nothing is allocated."""
@@ -155,7 +88,7 @@ class TickWriter:
         self._record = ring.layout.new()
         self._field = {name: self._record[name] for name in ring.layout.fields}
         rates = np.zeros((3, ring.layout.n_axes))
-        self._rows, self._rate_bits = tuple(rates), rates.view(np.uint64)
+        self._rates, self._rate_bits = tuple(rates), rates.view(np.uint64)
         masks = [[KEPT[name]] for name in ("velocity", "acceleration", "jerk")]
         self._kept = np.repeat(masks, ring.layout.n_axes, axis=1)
 
@@ -179,12 +112,6 @@ class TickWriter:
 
     def _write_rates(self, setpoints: Setpoints) -> None:
         """Cut in an array of their own: a record's fields are not aligned, which makes numpy slow."""
-        velocity, acceleration, jerk = self._rows
-        velocity[:] = setpoints.velocity
-        acceleration[:] = setpoints.acceleration
-        jerk[:] = setpoints.jerk
-        np.bitwise_and(self._rate_bits, self._kept, out=self._rate_bits)
+        np.bitwise_and(setpoints.rate_bits, self._kept, out=self._rate_bits)
         field = self._field
-        field["velocity"][:] = velocity
-        field["acceleration"][:] = acceleration
-        field["jerk"][:] = jerk
+        field["velocity"][:], field["acceleration"][:], field["jerk"][:] = self._rates

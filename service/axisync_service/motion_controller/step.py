@@ -5,6 +5,8 @@ At tick k the setpoints of t[k+1] are decided. `advance_skipped` moves motions o
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from axisync_schemas.cell import Cell
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.events import EventKind
@@ -52,7 +54,7 @@ class Core:
         self.current, self.upcoming = Setpoints.zeros(n, g), Setpoints.zeros(n, g)
         self.shut_down = False
         self._stop_counts: list[int] | None = None
-        self._hold_on_missed = [axis.drive.on_missed == "hold" for axis in cell.axes]
+        self._hold_on_missed = np.array([axis.drive.on_missed == "hold" for axis in cell.axes])
         self._shut_down_by_ns = 0
 
     def _group(self, index: int, name: str) -> GroupMachine:
@@ -143,7 +145,7 @@ class Core:
                     self.motions.abort(group, reason)
             return
         for motion in self.motions.all():
-            if any(self._hold_on_missed[axis] for axis in motion.axes):
+            if self._hold_on_missed[motion.axes].any():
                 why = "ticks skipped, and a drive holds when a tick is missing"
                 self.motions.hold(motion, why)
 
@@ -162,9 +164,7 @@ class Core:
         upcoming, current = self.upcoming, self.current
         self.watch.demand_before[:] = current.position
         upcoming.position[:] = current.position
-        upcoming.velocity[:] = 0.0
-        upcoming.acceleration[:] = 0.0
-        upcoming.jerk[:] = 0.0
+        upcoming.rates.fill(0.0)
         for motion in self.motions.all():
             if self.groups[motion.members[0]].state is GroupState.HELD:
                 continue

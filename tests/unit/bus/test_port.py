@@ -29,7 +29,7 @@ def pair(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[SocketCanPort, socke
 
 def test_frames_in_and_out(pair: tuple[SocketCanPort, socket.socket]) -> None:
     port, kernel = pair
-    port.send(0x201, b"\x0f\0")
+    port.send([(0x201, b"\x0f\0")])
     assert FRAME.unpack(kernel.recv(16)) == (0x201, 2, b"\x0f\0" + bytes(6))
     for can_id in (0x181, 0x80000181, 0x40000181):
         kernel.send(FRAME.pack(can_id, 1, b"\x05" + bytes(7)))
@@ -43,7 +43,7 @@ def test_nothing_is_queued_while_the_controller_is_off_the_bus(pair: tuple[Socke
     assert port.drain() == []
     assert port.off
     assert port.failure == BUS_OFF
-    port.send(0x201, b"old")
+    port.send([(0x201, b"old")])
     assert port.lost == 1
     with pytest.raises(BlockingIOError):
         kernel.recv(16)
@@ -51,18 +51,18 @@ def test_nothing_is_queued_while_the_controller_is_off_the_bus(pair: tuple[Socke
 
 def test_after_a_restart_old_frames_leave_before_new_ones(pair: tuple[SocketCanPort, socket.socket]) -> None:
     port, kernel = pair
-    port.send(0x201, b"old")
+    port.send([(0x201, b"old")])
     kernel.send(FRAME.pack(ERROR | 0x040, 8, bytes(8)))
     port.drain()
     kernel.send(FRAME.pack(ERROR | 0x100, 8, bytes(8)))
     port.drain()
     assert port.off, "the old frame is still queued"
-    port.send(0x201, b"new")
+    port.send([(0x201, b"new")])
     assert kernel.recv(16)[8:11] == b"old"
     port.drain()
     assert not port.off
     assert port.failure is None
-    port.send(0x201, b"new")
+    port.send([(0x201, b"new")])
     assert kernel.recv(16)[8:11] == b"new"
 
 
@@ -76,7 +76,7 @@ def test_other_errors_are_no_bus_off(pair: tuple[SocketCanPort, socket.socket]) 
 def test_a_full_queue_loses_the_frame_and_says_so(pair: tuple[SocketCanPort, socket.socket]) -> None:
     port, _ = pair
     for _ in range(10_000):
-        port.send(0x201, bytes(6))
+        port.send([(0x201, bytes(6))])
         if port.lost:
             break
     assert port.lost == 1

@@ -11,7 +11,7 @@ def test_layout():
 
 def test_several_frames_in_a_packet():
     packet = FRAME.pack(1, 0x80, 1, b"\x07") + FRAME.pack(2, 0x201, 0, b"")
-    assert unpack_frames(packet) == [(1, 0x80, b"\x07"), (2, 0x201, b"")]
+    assert unpack_frames(packet) == [(0x80, b"\x07", 1), (0x201, b"", 2)]
 
 
 @pytest.mark.parametrize("packet", [b"x", FRAME.pack(1, 2, 3, b"abc") + b"x", FRAME.pack(1, 2, 9, bytes(8))])

@@ -18,6 +18,8 @@ def test_words_are_separate() -> None:
     assert [control.group(g, w) for g in range(3) for w in GroupWord] == [
         100 + 10 * g + w for g in range(3) for w in GroupWord
     ]
+    for word in GroupWord:
+        assert control.of_groups(word) == [control.group(g, word) for g in range(3)]
 
 
 def test_mailbox_gives_the_newest_record() -> None:

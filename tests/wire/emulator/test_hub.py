@@ -14,7 +14,7 @@ import pytest
 from axisync_emulator.simcan.hub import TRANSMIT_QUEUE
 from axisync_emulator.simcan.interface import SimCanBus
 from axisync_emulator.simcan.listening import BusySocket, listen_at
-from axisync_emulator.simcan.protocol import BUFFER_BYTES, FRAME, Hello
+from axisync_emulator.simcan.protocol import BUFFER_BYTES, FRAME, FRAMES_MAX, Hello
 from axisync_emulator.simcan.wire import frame_bits
 
 US = 1000
@@ -31,6 +31,27 @@ def test_frames_reach_the_others_when_they_are_complete(served):
     served.run(1)
     assert b.drain() == c.drain() == [(0x123, b"\x01\x02\x03", sent + took)]
     assert a.drain() == []
+
+
+def test_many_frames_at_once_keep_their_order(served):
+    a, b = served.connect(), served.connect()
+    frames = [(0x100 + k % 7, bytes([k])) for k in range(2 * FRAMES_MAX + 1)]
+    a.send_frames(frames)
+    a.send_frames([])
+    served.run(100 * MS)
+    assert [(can_id, data) for can_id, data, _ in b.drain()] == frames
+
+
+def test_frames_that_do_not_fit_are_refused_whole(served):
+    a = served.connect()
+
+    def fill() -> None:
+        while True:
+            a.send_frames([(0x123, bytes(8))] * FRAMES_MAX)
+
+    with pytest.raises(can.CanOperationError) as refused:
+        fill()
+    assert refused.value.error_code == errno.ENOBUFS
 
 
 def test_messages_of_every_kind_pass_unchanged(served):
