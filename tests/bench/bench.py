@@ -31,9 +31,9 @@ from stress import Stress
 from ticklog import TickLog, read
 
 from axisync_client import Client
-from axisync_schemas.cell import Cell, override
+from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
-from support.daemon import eod_text, patient
+from support.daemon import eod_text
 
 BENCHES = (
     "planner", "arms", "drives", "ratio", "scale", "recorder", "review", "lateness", "stages", "clients", "requests",
@@ -112,9 +112,7 @@ class Bench:
             scale.measure(self._report, self._figure)
         if self._wanted <= SERVICE_FREE:
             return
-        # A soak is about what grows and drifts: its drives wait longer, so that pauses of the machine do not end it.
-        soaking = "soak" in self._wanted
-        cell = override(patient(eod_text()), {"rotate_after_min": soak.ROTATE_MIN}) if soaking else None
+        cell = soak.cell(eod_text()) if "soak" in self._wanted else None
         with Daemon(directory, cell) as daemon, Stress(self._stress):
             self._report.say("starting the service")
             daemon.wait_ready()

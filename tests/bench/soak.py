@@ -1,5 +1,6 @@
 """A long run: does any process grow, does the grid drift?"""
 
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,14 +10,24 @@ from processes import Usage
 from report import Report
 
 from axisync_schemas.ticks import Records
+from support.daemon import patient
 
 SETTLING_S = 20.0
 """Before the first look: caches fill, pages are touched."""
 LOOKS = 20
 SWING_DEG = 1.0
 """Moves so short that a thousand of them, which front remembers, are over in some ten minutes."""
-ROTATE_MIN = 5.0
+ROTATE_MIN = 5
 """Log files so short that the recorder begins several: what it holds of one must be gone with it."""
+
+
+def cell(text: str) -> str:
+    """The cell file of a soak, which is about what grows and drifts: drives wait longer, so that a pause of the machine
+    does not end it.
+    """
+    short, count = re.subn(r"(?m)^rotate_after_min *=.*$", f"rotate_after_min = {ROTATE_MIN}", patient(text))
+    assert count == 1, "the cell file says once how long a log is"
+    return short
 
 
 @dataclass
