@@ -1,4 +1,5 @@
-"""`make test`: first what needs no clock, on all cores; then what runs real processes in real time, one at a time.
+"""`make test`: first what needs no clock, on all cores; then what runs real processes in real time: two at a time where
+their cycle is slow, or is not there; the others one at a time.
 
 On a machine shared with others a pause of 100 ms rightly stops drives, so what failed runs once more, by itself, and
 that run decides (decision 23).
@@ -9,10 +10,19 @@ import sys
 
 KINDS = {
     "clockless": "not (campaign or system or vcan or web)",
-    "realtime": "(system or vcan or web) and not campaign",
+    "unhurried": "unhurried and not campaign",
+    "realtime": "(system or vcan or web) and not (unhurried or campaign)",
 }
-FOLDERS = {"clockless": ["tests"], "realtime": ["tests/system", "tests/vcan", "tests/web"]}
-OPTIONS = {"clockless": ["-n", "auto", "--dist", "worksteal"], "realtime": []}
+FOLDERS = {
+    "clockless": ["tests"],
+    "unhurried": ["tests/system"],
+    "realtime": ["tests/system", "tests/vcan", "tests/web"],
+}
+OPTIONS = {
+    "clockless": ["-n", "auto", "--dist", "worksteal"],
+    "unhurried": ["-n", "2", "--dist", "loadfile"],  # a module's tests share its service
+    "realtime": [],
+}
 FAILED, NONE_FOUND = 1, 5
 
 

@@ -15,6 +15,8 @@ import pytest
 from axisync_client import Client, MoveStatus, deg
 from support.daemon import Daemon, eod_text, running, unhurried, wait_for
 
+pytestmark = pytest.mark.unhurried
+
 TIMEOUT_S = 60.0
 Axisync = Callable[..., "subprocess.Popen[str]"]
 

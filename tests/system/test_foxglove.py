@@ -13,6 +13,8 @@ from support.daemon import eod_text, running, unhurried
 from support.foxglove_viewer import LiveView, Viewer
 from support.logread import read_log
 
+pytestmark = pytest.mark.unhurried
+
 TICKS = 200
 
 

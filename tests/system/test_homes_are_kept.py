@@ -10,6 +10,8 @@ from axisync_schemas.errors import ErrorCode
 from support.cells import small
 from support.daemon import Daemon, eod_text, running, unhurried
 
+pytestmark = pytest.mark.unhurried
+
 AXIS = "kingkong.2"
 STEP = (0.0, -0.02)
 

@@ -15,6 +15,8 @@ from support import logcheck
 from support.daemon import eod_text, running, unhurried
 from support.logread import Log, logs_in, read_log
 
+pytestmark = pytest.mark.unhurried
+
 GROUP = "kingkong"
 TARGET = tuple(deg(40.0, -120.0, 30.0, -75.0, -15.0, 45.0))
 """30 to 40 deg away, axis 1 farthest; axis 6 rests but for what its start is off by, less than a count."""

@@ -28,6 +28,8 @@ from support.daemon import Daemon, eod_text, running, unhurried, wait_for
 from support.documents import ROOT, python_blocks
 from support.logread import logs_in
 
+pytestmark = pytest.mark.unhurried
+
 EXAMPLES = ROOT / "clients" / "examples"
 TIMEOUT_S = 90.0
 PAGES = ("README.md", "docs/clients.md", "docs/log.md")

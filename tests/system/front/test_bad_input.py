@@ -8,6 +8,8 @@ from typing import Any
 import psutil
 import pytest
 
+pytestmark = pytest.mark.unhurried
+
 Client = Any
 Service = Any
 GROWTH_BYTES = 48 * 2**20

@@ -16,6 +16,8 @@ from axisync_schemas.enumerations import Phase
 from axisync_schemas.memory import GroupWord, Word
 from axisync_service.process import EXIT_CONFIGURATION
 
+pytestmark = pytest.mark.unhurried
+
 Service = Any
 STEP = [0.05] * 6
 WARM_S = 90.0

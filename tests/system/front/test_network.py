@@ -15,6 +15,8 @@ from axisync_schemas.export import MODELS, schema
 from axisync_schemas.internal import BeginCommand
 from axisync_schemas.memory import GroupWord, Word
 
+pytestmark = pytest.mark.unhurried
+
 Client = Any
 Service = Any
 STEP = [0.05] * 6
