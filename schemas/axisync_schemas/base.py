@@ -21,4 +21,5 @@ class Strict(BaseModel):
         serialize_by_alias=True,
         validate_by_name=True,
         validate_by_alias=True,
+        cache_strings="keys",  # ids of requests and moves never come again: remembering them only takes memory
     )

@@ -313,7 +313,7 @@ class Front:
 
 def _object(body: bytes) -> dict[str, object] | None:
     try:
-        data = from_json(body)
+        data = from_json(body, cache_strings="keys")
     except ValueError:
         return None
     return data if isinstance(data, dict) else None

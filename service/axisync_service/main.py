@@ -4,7 +4,7 @@ import math
 import os
 import tempfile
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -13,7 +13,7 @@ from axisync_schemas.cell_remarks import remarks
 from axisync_schemas.eds import EdsError
 from axisync_service.bus_table import print_buses
 from axisync_service.canopen.budget import LOAD_MAX, budget
-from axisync_service.daemon.locks import Locked, runtime_directory
+from axisync_service.daemon.locks import CannotRun, runtime_directory
 from axisync_service.demo import (
     EmulatorFailed,
     Emulators,
@@ -78,7 +78,7 @@ def demo(
 ) -> None:
     """Both arms of the paper on emulated drives: plays the tool change and WuKong's points, then waits for you."""
     _set_verbosity(verbose)
-    with tempfile.TemporaryDirectory(prefix="demo-", dir=runtime_directory()) as scratch:
+    with _scratch_directory() as scratch:
         used = _demo_cell_file(cell_file, Path(scratch))
         cell, text = _load(used)
         simcan = "" if kernel_has(cell) else scratch
@@ -92,6 +92,13 @@ def demo(
         cell = cell.on_simcan(simcan) if simcan else cell
         page = Page(listen, dashboard_port) if dashboard else None
         raise typer.Exit(_demo(cell, text, used, log_dir, listen, simcan, program, Extras(candump, control), page))
+
+
+def _scratch_directory() -> tempfile.TemporaryDirectory[str]:
+    try:
+        return tempfile.TemporaryDirectory(prefix="demo-", dir=runtime_directory())
+    except CannotRun as error:
+        _refuse(error)
 
 
 def _demo_cell_file(cell_file: Path, scratch: Path) -> Path:
@@ -179,8 +186,7 @@ def doctor(
     try:
         latency = _latency(cell, seconds) if seconds else None
     except LatencyError as error:
-        typer.echo(f"axisyncd: {error}", err=True)
-        raise typer.Exit(1) from None
+        _refuse(error)
     found = findings(facts, latency)
     print(doctor_report.as_json(facts, latency, found) if as_json else doctor_report.as_text(found))
     raise typer.Exit(1 if dangerous(found) else 0)
@@ -215,8 +221,7 @@ def _load(path: Path, refuse_overload: bool = True) -> tuple[Cell, str]:
     try:
         cell, text = read_cell(path)
     except CellError as error:
-        typer.echo(f"axisyncd: {error}", err=True)
-        raise typer.Exit(1) from None
+        _refuse(error)
     for bus in cell.buses:
         load = budget(cell, bus)
         if refuse_overload and not load.fits:
@@ -232,9 +237,13 @@ def _load(path: Path, refuse_overload: bool = True) -> tuple[Cell, str]:
 def _supervisor(cell: Cell, text: str, log_dir: Path, listen: str, simcan: str) -> Supervisor:
     try:
         return Supervisor(cell, text, log_dir.resolve(), listen, simcan)
-    except Locked as error:
-        typer.echo(f"axisyncd: {error}", err=True)
-        raise typer.Exit(1) from None
+    except CannotRun as error:
+        _refuse(error)
+
+
+def _refuse(error: Exception) -> NoReturn:
+    typer.echo(f"axisyncd: {error}", err=True)
+    raise typer.Exit(1) from None
 
 
 def _set_verbosity(verbose: bool) -> None:

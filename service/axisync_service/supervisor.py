@@ -50,7 +50,7 @@ class Supervisor:
     def __init__(self, cell: Cell, cell_text: str, log_dir: Path, listen: str, simcan: str = "") -> None:
         """
         Raises:
-            Locked: another daemon serves this cell or one of its buses.
+            CannotRun: another daemon serves this cell or one of its buses, or there is no place for its sockets.
         """
         self.cell, self.log_dir, self.listen = cell, log_dir, listen
         self._locks = Locks(cell)

@@ -33,7 +33,7 @@ from ticklog import TickLog, read
 from axisync_client import Client
 from axisync_schemas.cell import Cell
 from axisync_schemas.ticks import Records
-from support.daemon import eod_text
+from support.cells import eod_text
 
 BENCHES = (
     "planner", "arms", "drives", "ratio", "scale", "recorder", "review", "lateness", "stages", "clients", "requests",

@@ -7,7 +7,7 @@ from report import Report
 
 from axisync_emulator.simcan.wire import INTERFRAME_BITS, frame_bits
 from support.bus_faults import Played, Setup, play_with
-from support.daemon import eod_text
+from support.cells import eod_text
 
 LOST_AT = 900
 """SYNC after which kingkong gets no other."""

@@ -17,7 +17,7 @@ from support.bus_faults import (
     stops_on_its_path,
     wrapping,
 )
-from support.daemon import eod_text
+from support.cells import eod_text
 
 SEEDS = range(20)
 TWELVE = Setup(eod_text(), range(360, 560))

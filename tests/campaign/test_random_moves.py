@@ -8,7 +8,7 @@ import pytest
 from axisync_schemas.cell import parse_cell
 from axisync_schemas.enumerations import GroupState
 from axisync_service.mapper.counts import CountMap
-from support.daemon import eod_text
+from support.cells import eod_text
 from support.lock_step import as_log, emulated, play
 from support.plans import joint_plan
 

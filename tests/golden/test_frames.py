@@ -14,8 +14,7 @@ from axisync_schemas.cell import Cell, parse_cell
 from axisync_schemas.internal import BeginCommand, GroupCommand
 from axisync_schemas.log_models import PlanLog
 from axisync_service.mapper.counts import CountMap
-from support.cells import small
-from support.daemon import eod_text
+from support.cells import eod_text, small
 from support.lock_step import Script, Steps, as_log, conduct, emulated
 from support.plans import joint_plan
 

@@ -13,8 +13,8 @@ from axisync_schemas.cell import parse_cell
 from axisync_schemas.errors import ErrorCode
 from axisync_schemas.internal import ControllerReply, GroupCommand
 from axisync_service.motion_controller.cycle import Cycle
-from support.cells import small
-from support.daemon import eod_text, patient
+from support.cells import eod_text, small
+from support.daemon import patient
 from support.lock_step import Script, Steps, conduct, emulated
 from vcan.slower_cell import slower
 

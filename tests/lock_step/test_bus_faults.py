@@ -19,8 +19,7 @@ from support.bus_faults import (
     stops_on_its_path,
     wrapping,
 )
-from support.cells import small
-from support.daemon import eod_text
+from support.cells import eod_text, small
 from support.lock_step import Script, Steps, conduct, emulated
 
 SEED = 1

@@ -10,8 +10,7 @@ from axisync_schemas.cell import parse_cell
 from axisync_schemas.enumerations import GroupState
 from axisync_schemas.errors import ErrorCode
 from axisync_schemas.internal import ControllerReply, DriveCommand, GroupCommand
-from support.cells import small
-from support.daemon import eod_text
+from support.cells import eod_text, small
 from support.lock_step import Run, Script, Steps, conduct, emulated
 
 TICKS_UP = 400

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from axisync_schemas.enumerations import GroupState
-from support.cells import small
-from support.daemon import eod_text
+from support.cells import eod_text, small
 from support.rate_runs import Order, RateRun, play_orders, problems, rate_of
 
 TEXT = small(eod_text(), axes=1)

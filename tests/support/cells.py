@@ -1,6 +1,12 @@
-"""Cell files for tests that need less than two whole arms."""
+"""The cell file of the demo, whole, or for tests that need less than two whole arms."""
 
 import re
+from importlib import resources
+
+
+def eod_text() -> str:
+    """The demo's cell file."""
+    return resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
 
 
 def small(text: str, axes: int = 2) -> str:

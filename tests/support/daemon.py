@@ -3,17 +3,19 @@
 
 import contextlib
 import os
+import shutil
 import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
-from importlib import resources
 from pathlib import Path
 
 from axisync_schemas.cell import override, read_cell
 from axisync_service.demo import PATIENT, Emulators, Extras
+from support.cells import eod_text
 
 READY_S = 180.0
 STOP_S = 20.0
@@ -24,11 +26,6 @@ CHILDREN = {
     "recorder": "axisync_service.recorder_process",
     "emulator": "axisync_emulator.main",
 }
-
-
-def eod_text() -> str:
-    """The demo's cell file."""
-    return resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
 
 
 def patient(text: str) -> str:
@@ -69,16 +66,15 @@ class Daemon:
         self._arguments = arguments
         self._simcan = directory / "buses" if drives_apart else None
         self._emulators = Emulators()
+        self.runtime_directory = Path(tempfile.mkdtemp(prefix="axisync-"))  # a socket's path is short, pytest's is not
         self._output = directory / "output.txt"
         self.process: subprocess.Popen[bytes] | None = None
 
     @property
     def environment(self) -> dict[str, str]:
         """Its own runtime and state directories: runs neither lock each other out nor know each other's homes."""
-        runtime, state = self.directory / "run", self.directory / "state"
-        runtime.mkdir(exist_ok=True)
-        own = {"XDG_RUNTIME_DIR": str(runtime), "XDG_STATE_HOME": str(state), "AXISYNC_LOG_LEVEL": "INFO"}
-        return {**os.environ, **own}
+        own = {"XDG_RUNTIME_DIR": str(self.runtime_directory), "XDG_STATE_HOME": str(self.directory / "state")}
+        return {**os.environ, **own, "AXISYNC_LOG_LEVEL": "INFO"}
 
     @property
     def output(self) -> str:
@@ -134,8 +130,8 @@ class Daemon:
             self.process.wait()
 
     def pids(self, name: str | None = None) -> list[int]:
-        """Processes of this run, by its directory in their arguments: the named kind, or all of the service."""
-        mark = str(self.directory)
+        """Processes of this run, by its directories in their arguments: the named kind, or all of the service."""
+        marks = str(self.directory), str(self.runtime_directory)
         found = []
         for entry in Path("/proc").iterdir():
             if not entry.name.isdigit():
@@ -144,7 +140,7 @@ class Daemon:
                 arguments = (entry / "cmdline").read_bytes().decode(errors="replace").split("\0")
                 drives = CHILDREN["emulator"] in arguments
                 wanted = CHILDREN[name] in arguments if name else not (drives and self._simcan)
-                if wanted and any(mark in argument for argument in arguments):
+                if wanted and any(mark in argument for argument in arguments for mark in marks):
                     found.append(int(entry.name))
         return found
 
@@ -177,3 +173,4 @@ def running(
             with contextlib.suppress(subprocess.TimeoutExpired):
                 daemon.process.wait(STOP_S)
         daemon.kill()
+        shutil.rmtree(daemon.runtime_directory)

@@ -13,7 +13,8 @@ from axisync_client import Client, ErrorCode, Lease, Move, Refused, deg, moves
 from axisync_client.moves import AnyMove
 from axisync_schemas.replies import MoveReply
 from support import logcheck
-from support.daemon import eod_text, patient, running
+from support.cells import eod_text
+from support.daemon import patient, running
 from support.logread import Log, logs_in, read_log
 from support.tool_path import CORNERS, DOWN, off_corners, off_line, off_lines, placement, ticks_of, tool_of
 

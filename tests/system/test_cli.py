@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from axisync_client import Client, MoveStatus, deg
-from support.daemon import Daemon, eod_text, running, unhurried, wait_for
+from support.cells import eod_text
+from support.daemon import Daemon, running, unhurried, wait_for
 
 pytestmark = pytest.mark.unhurried
 

@@ -9,7 +9,8 @@ import pytest
 pytest.importorskip("foxglove", reason="the extra foxglove is not installed")
 
 from axisync_client import Client, deg
-from support.daemon import eod_text, running, unhurried
+from support.cells import eod_text
+from support.daemon import running, unhurried
 from support.foxglove_viewer import LiveView, Viewer
 from support.logread import read_log
 

@@ -7,8 +7,8 @@ import pytest
 
 from axisync_client import Client, Refused
 from axisync_schemas.errors import ErrorCode
-from support.cells import small
-from support.daemon import Daemon, eod_text, running, unhurried
+from support.cells import eod_text, small
+from support.daemon import Daemon, running, unhurried
 
 pytestmark = pytest.mark.unhurried
 

@@ -14,8 +14,7 @@ from axisync_schemas.log_models import PlanLog
 from axisync_service.motion_controller import cycle as cycle_module
 from axisync_service.motion_controller.cycle import Cycle
 from support import logcheck
-from support.cells import small
-from support.daemon import eod_text
+from support.cells import eod_text, small
 from support.lock_step import Run, Script, Steps, conduct, emulated
 from support.rate_runs import log_of, plan_of
 

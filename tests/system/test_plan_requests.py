@@ -12,7 +12,8 @@ from axisync_motion import SyncProfile, from_profiles, synchronise
 from axisync_schemas.cell import Cell
 from axisync_schemas.replies import MoveReply
 from support import logcheck
-from support.daemon import eod_text, running, unhurried
+from support.cells import eod_text
+from support.daemon import running, unhurried
 from support.logread import Log, logs_in, read_log
 
 pytestmark = pytest.mark.unhurried

@@ -176,7 +176,7 @@ def test_clean_stop_in_mid_move_leaves_nothing_behind(daemon: Daemon, number: in
             client.state()
     assert daemon.pids() == []
     assert "Traceback" not in daemon.output
-    left = [path for path in (daemon.directory / "run").rglob("*") if not path.is_dir() and path.suffix != ".lock"]
+    left = [path for path in daemon.runtime_directory.rglob("*") if not path.is_dir() and path.suffix != ".lock"]
     assert left == []
     log = read_log(*sorted(daemon.log_dir.glob("*.mcap")))
     assert log.complete

@@ -24,7 +24,8 @@ from axisync_client import (
     to_deg,
 )
 from axisync_emulator.faults.control import ask
-from support.daemon import Daemon, eod_text, running, unhurried, wait_for
+from support.cells import eod_text
+from support.daemon import Daemon, running, unhurried, wait_for
 from support.documents import ROOT, python_blocks
 from support.logread import logs_in
 

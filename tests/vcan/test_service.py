@@ -23,7 +23,8 @@ from axisync_schemas.cell import override
 from axisync_schemas.replies import MoveReply
 from axisync_service.demo import PROGRAMS
 from support import framecheck, logcheck
-from support.daemon import Daemon, eod_text, patient, running, wait_for
+from support.cells import eod_text
+from support.daemon import Daemon, patient, running, wait_for
 from support.logread import Log, read_log
 from support.tool_path import off_corners, off_lines
 from vcan.slower_cell import slower

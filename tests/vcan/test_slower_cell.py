@@ -5,7 +5,8 @@ import tomllib
 import pytest
 
 from axisync_schemas.cell import parse_cell
-from support.daemon import eod_text, patient
+from support.cells import eod_text
+from support.daemon import patient
 from vcan.slower_cell import HEARTBEATS, slower
 
 TEXTS = pytest.mark.parametrize("text", [eod_text(), patient(eod_text())], ids=["demo", "patient"])

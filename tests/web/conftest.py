@@ -7,7 +7,8 @@ import pytest
 
 from axisync_client import Client
 from axisync_schemas.cell import override
-from support.daemon import PATIENT, Daemon, eod_text, running, wait_for
+from support.cells import eod_text
+from support.daemon import PATIENT, Daemon, running, wait_for
 
 pytest.importorskip("playwright", reason="playwright is not installed")
 pytest.importorskip("nicegui", reason="NiceGUI is not installed")

@@ -80,7 +80,7 @@ def parse_as(model: type[R], body: bytes) -> R:
 def _check_envelope(body: bytes) -> str | None:
     """The request_id, where the body is a JSON object of a version served here."""
     try:
-        data = from_json(body)
+        data = from_json(body, cache_strings="keys")
     except ValueError as error:
         raise _no_object(_short(str(error))) from None
     if not isinstance(data, dict):

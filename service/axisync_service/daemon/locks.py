@@ -1,5 +1,6 @@
 """One daemon a cell, one daemon a bus: advisory locks that end with the process."""
 
+import errno
 import fcntl
 import os
 from pathlib import Path
@@ -7,17 +8,31 @@ from pathlib import Path
 from axisync_schemas.cell import Cell
 
 
-class Locked(Exception):
+class CannotRun(Exception):
+    """The service cannot run here; one sentence with what to do."""
+
+
+class Locked(CannotRun):
     """Somebody else holds it; one sentence with who."""
 
 
 def runtime_directory() -> Path:
-    """Where locks and sockets live: the user's runtime directory, or a private one in /tmp."""
+    """Where locks and sockets live: the user's runtime directory, or a private one in /tmp.
+
+    Raises:
+        CannotRun: it cannot be made or written, or is another user's.
+    """
     base = os.environ.get("XDG_RUNTIME_DIR")
     directory = Path(base, "axisync") if base else Path(f"/tmp/axisync-{os.getuid()}")
-    directory.mkdir(mode=0o700, parents=True, exist_ok=True)
-    if directory.stat().st_uid != os.getuid():
-        raise Locked(f"{directory} belongs to another user: remove it, or set XDG_RUNTIME_DIR")
+    try:
+        directory.mkdir(mode=0o700, parents=True, exist_ok=True)
+        owner = directory.stat().st_uid
+        if not os.access(directory, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    except OSError as error:
+        raise CannotRun(f"{directory}: {error.strerror}: set XDG_RUNTIME_DIR to a directory of yours") from None
+    if owner != os.getuid():
+        raise CannotRun(f"{directory} belongs to another user: remove it, or set XDG_RUNTIME_DIR")
     return directory
 
 

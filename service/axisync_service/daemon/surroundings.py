@@ -8,10 +8,12 @@ from pathlib import Path
 
 from axisync_schemas.cell import Cell
 from axisync_schemas.memory import Control, Region, create, region_sizes
-from axisync_service.daemon.locks import runtime_directory
+from axisync_service.daemon.locks import CannotRun, runtime_directory
 
 LOG_SENDERS = ("front", "planner", "controller", "supervisor")
 LOG_BUFFER_BYTES = 4 * 1024 * 1024
+NAME_MAX = 16
+"""Of the cell's name in the run's directory: a socket's path has at most 107 bytes (unix(7))."""
 _SO_SNDBUFFORCE = 32
 
 
@@ -52,23 +54,38 @@ class Surroundings:
 
 
 def make_surroundings(cell: Cell, cell_text: str) -> Surroundings:
-    """Prepares a run; the cell file is copied, so that a restarted process sees what the first one saw."""
-    run_dir = Path(tempfile.mkdtemp(prefix=f"{cell.name}-", dir=runtime_directory()))
+    """Prepares a run; the cell file is copied, so that a restarted process sees what the first one saw.
+
+    Raises:
+        CannotRun: the runtime directory does not serve; nothing is left in it.
+    """
+    run_dir = Path(tempfile.mkdtemp(prefix=f"{cell.name[:NAME_MAX]}-", dir=runtime_directory()))
+    try:
+        listening = {owner: _listen(run_dir / f"{owner}.sock") for owner in ("controller", "planner")}
+    except OSError as error:
+        shutil.rmtree(run_dir, ignore_errors=True)
+        raise CannotRun(
+            f"no socket can be made in {run_dir}: {error}: set XDG_RUNTIME_DIR to another, short path"
+        ) from None
     (run_dir / "cell.toml").write_text(cell_text, encoding="utf-8")
     regions = create(region_sizes(cell.period, len(cell.axes), len(cell.groups)))
     return Surroundings(
         run_dir=run_dir,
         regions=regions,
         control=Control(regions["control"].map(), len(cell.groups)),
-        listening={owner: _listen(run_dir / f"{owner}.sock") for owner in ("controller", "planner")},
+        listening=listening,
         log={sender: _log_pair() for sender in LOG_SENDERS},
     )
 
 
 def _listen(path: Path) -> socket.socket:
     listening = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    listening.bind(str(path))
-    listening.listen(2)
+    try:
+        listening.bind(str(path))
+        listening.listen(2)
+    except OSError:
+        listening.close()
+        raise
     return listening
 
 

@@ -1,7 +1,5 @@
 """The bus budget against numbers worked out by hand."""
 
-from importlib import resources
-
 import pytest
 from typer.testing import CliRunner
 
@@ -15,8 +13,9 @@ from axisync_service.canopen.budget import (
     worst_case_bits,
 )
 from axisync_service.main import app
+from support.cells import eod_text
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 
 
 def twelve_on_one_bus(text: str = TEXT) -> str:

@@ -1,7 +1,6 @@
 """What is kept about homes: written when the controller says so, read back, never in the way."""
 
 from dataclasses import replace
-from importlib import resources
 from pathlib import Path
 
 import pytest
@@ -10,8 +9,9 @@ from axisync_schemas.cell import Cell, parse_cell
 from axisync_schemas.internal import CONTROLLER_STATUS, ControllerStatus, DriveStatus
 from axisync_schemas.memory import STATUS_BYTES, Control, Mailbox, Word
 from axisync_service.daemon.homed import HomedFile, state_directory
+from support.cells import eod_text
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 HOMING = TEXT.replace("drive = { node_id = 2,", "drive = { homing = { method = 37 }, node_id = 2,", 1)
 
 

@@ -1,15 +1,15 @@
 """One daemon a cell and a bus."""
 
 import os
-from importlib import resources
 from pathlib import Path
 
 import pytest
 
 from axisync_schemas.cell import parse_cell
-from axisync_service.daemon.locks import Locked, Locks, runtime_directory
+from axisync_service.daemon.locks import CannotRun, Locked, Locks, runtime_directory
+from support.cells import eod_text
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 
 
 @pytest.fixture(autouse=True)
@@ -41,3 +41,12 @@ def test_simulated_buses_are_nobodys_but_the_runs_own() -> None:
 
 def test_runtime_directory_is_private() -> None:
     assert runtime_directory().stat().st_mode & 0o077 == 0
+
+
+def test_runtime_directory_that_cannot_be_made_is_refused_with_the_way_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "file"))
+    with pytest.raises(CannotRun, match=r"file/axisync: Not a directory: set XDG_RUNTIME_DIR"):
+        runtime_directory()

@@ -1,7 +1,6 @@
 """Bring-up against a drive's objects: what is written, what is refused and in which words, and how it recovers."""
 
 import struct
-from importlib import resources
 
 import pytest
 
@@ -11,9 +10,10 @@ from axisync_service.canopen.nmt import NmtCommand
 from axisync_service.canopen.sdo import ABORT_WORDS
 from axisync_service.drives.bring_up import RETRY_NS, BringUp, Phase
 from axisync_service.drives.configuration import rows
+from support.cells import eod_text
 from support.sdo_server import SdoServer, run
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 CELL = parse_cell(TEXT)
 
 

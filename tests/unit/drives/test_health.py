@@ -1,14 +1,13 @@
 """Temperature, voltage, safe torque off: read in turn, said when they leave their bounds and when they are back."""
 
-from importlib import resources
-
 import pytest
 
 from axisync_schemas.cell import CellError, parse_cell
 from axisync_service.canopen.sdo import SdoError
 from axisync_service.drives.health import Health
+from support.cells import eod_text
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 MONITOR = """monitor.temperature = { object = "0x2003", scale = 0.1, high = 80 }
 monitor.voltage = { object = "0x6079", scale = 0.001, low = 40, high = 60 }
 monitor.safe_torque_off = { object = "0x2001", mask = 1 }"""

@@ -1,7 +1,6 @@
 """One drive by its frames: positions that wrap, jump or stand still, TPDO2, and when a home is lost."""
 
 import struct
-from importlib import resources
 
 import pytest
 
@@ -10,9 +9,10 @@ from axisync_schemas.enumerations import NmtState
 from axisync_service.canopen.pdo import make_rpdo1
 from axisync_service.drives.bring_up import RETRY_NS, Phase
 from axisync_service.drives.link import DriveLink
+from support.cells import eod_text
 from support.sdo_server import SdoServer, run
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 ENABLED = 0x1237
 HOMING = "homing = { method = 37 }, "
 

@@ -1,7 +1,6 @@
 """From an EDS to the cell file's drive section, and what is said about drives that lack something."""
 
 import re
-from importlib import resources
 from pathlib import Path
 
 import pytest
@@ -11,8 +10,9 @@ from axisync_schemas.cell import parse_cell
 from axisync_schemas.eds import drive_eds_text, parse_eds
 from axisync_service.eds_import import Imported, import_section
 from axisync_service.main import app
+from support.cells import eod_text
 
-CELL = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+CELL = eod_text()
 EDS = drive_eds_text()
 
 

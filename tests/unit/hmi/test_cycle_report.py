@@ -1,13 +1,12 @@
 """What `/cycle` says of the last second: percentiles by stage, late ticks by cause."""
 
-from importlib import resources
-
 from axisync_schemas.cell import parse_cell
 from axisync_schemas.enumerations import LateCause
 from axisync_schemas.memory import Control, TimingRing, Word
 from axisync_service.hmi.reports import cycle_report
+from support.cells import eod_text
 
-CELL = parse_cell(resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8"))
+CELL = parse_cell(eod_text())
 
 
 def test_of_the_last_second_only() -> None:

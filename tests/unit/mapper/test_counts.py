@@ -1,7 +1,6 @@
 """Axis positions to counts and back."""
 
 import math
-from importlib import resources
 
 import numpy as np
 import pytest
@@ -10,8 +9,9 @@ from hypothesis import strategies as st
 
 from axisync_schemas.cell import parse_cell
 from axisync_service.mapper.counts import CountMap, unwrap_int32, wrap_int32
+from support.cells import eod_text
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 
 
 def test_a_turn_is_the_encoders_counts() -> None:

@@ -1,7 +1,5 @@
 """`drive`: objects read and written while nothing moves, and in which words it is refused."""
 
-from importlib import resources
-
 import pytest
 
 from axisync_schemas.cell import parse_cell
@@ -11,9 +9,10 @@ from axisync_schemas.memory import PLAN_SLOT_BYTES
 from axisync_schemas.plan_slots import PlanReader
 from axisync_service.drives.bring_up import Phase
 from axisync_service.motion_controller.step import Core
+from support.cells import eod_text
 from support.ideal_drive import Bench
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 PLANS = bytearray(PLAN_SLOT_BYTES)
 
 

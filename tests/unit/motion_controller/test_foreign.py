@@ -1,14 +1,13 @@
 """Frames of others on a bus: which of them are noticed, and when."""
 
-from importlib import resources
-
 import pytest
 
 from axisync_schemas.cell import parse_cell
 from axisync_service.motion_controller.foreign import BABBLE, QUIET_S, Foreign
 from axisync_service.motion_controller.step import Core
+from support.cells import eod_text
 
-CELL = parse_cell(resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8"))
+CELL = parse_cell(eod_text())
 QUIET_TICKS = round(QUIET_S / CELL.period)
 
 

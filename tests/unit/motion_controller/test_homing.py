@@ -1,7 +1,6 @@
 """`home`: drives find their homes one after the other or together, stops and failures end it, moves wait for it."""
 
 import math
-from importlib import resources
 
 import pytest
 
@@ -12,10 +11,11 @@ from axisync_schemas.internal import BeginCommand, GroupCommand
 from axisync_schemas.memory import PLAN_SLOT_BYTES
 from axisync_schemas.plan_slots import PlanReader, write_plan
 from axisync_service.motion_controller.step import Core
+from support.cells import eod_text
 from support.ideal_drive import Bench
 from support.plans import joint_plan
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 SPEEDS = "switch_speed_deg_s = 5, zero_speed_deg_s = 1, acceleration_deg_s2 = 20"
 HOMING = f"homing = {{ method = 24, {SPEEDS}, timeout_s = 2 }}"
 PLANS = bytearray(PLAN_SLOT_BYTES)

@@ -1,7 +1,5 @@
 """Jogs in the cycle: they last as long as they are asked for, change their speed, and stop within the stop limits."""
 
-from importlib import resources
-
 import numpy as np
 import pytest
 
@@ -24,9 +22,10 @@ from axisync_schemas.plan_slots import PlanReader, write_plan
 from axisync_service.motion_controller.step import Core
 from axisync_service.planner.jog_plan import plan_jog
 from axisync_service.planner.models import Models
+from support.cells import eod_text
 from support.ideal_drive import Bench
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 CELL = parse_cell(TEXT)
 MODELS = Models(CELL)
 PERIOD = 0.002

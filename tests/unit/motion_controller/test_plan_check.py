@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from importlib import resources
 
 import numpy as np
 import pytest
@@ -11,9 +10,10 @@ import pytest
 from axisync_schemas.cell import parse_cell
 from axisync_schemas.plan_slots import Plan
 from axisync_service.motion_controller.plan_check import fault_of
+from support.cells import eod_text
 from support.plans import joint_plan
 
-CELL = parse_cell(resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8"))
+CELL = parse_cell(eod_text())
 AXES = list(CELL.axes[:6])
 START = [axis.drive.start for axis in AXES]
 PLAN = joint_plan(CELL, "kingkong", START, [q + math.radians(20) for q in START])

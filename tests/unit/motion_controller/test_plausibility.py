@@ -1,7 +1,6 @@
 """Actual positions that cannot be true, and drives whose torque is off."""
 
 import math
-from importlib import resources
 from itertools import pairwise
 
 import pytest
@@ -13,10 +12,11 @@ from axisync_schemas.internal import BeginCommand, GroupCommand
 from axisync_schemas.memory import PLAN_SLOT_BYTES
 from axisync_schemas.plan_slots import PlanReader, write_plan
 from axisync_service.motion_controller.step import Core
+from support.cells import eod_text
 from support.ideal_drive import Bench
 from support.plans import joint_plan
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 PLANS = bytearray(PLAN_SLOT_BYTES)
 
 

@@ -1,7 +1,6 @@
 """hold, resume, override: decisions of the cycle about the rate of moves, judged tick by tick."""
 
 import math
-from importlib import resources
 
 import numpy as np
 import pytest
@@ -14,10 +13,11 @@ from axisync_schemas.internal import BeginCommand, GroupCommand, OverrideCommand
 from axisync_schemas.memory import PLAN_SLOT_BYTES
 from axisync_schemas.plan_slots import PlanReader, write_plan
 from axisync_service.motion_controller.step import Core
+from support.cells import eod_text
 from support.ideal_drive import Bench
 from support.plans import joint_plan
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 P2 = [math.radians(x) for x in (100, -90, -60, -120, 45, 45)]
 PERIOD = 0.002
 LIMITS, STOP_LIMITS = np.radians([30.0, 40.0, 80.0]), np.radians([30.0, 60.0, 240.0])

@@ -1,7 +1,5 @@
 """The status that front reads: gathered drive by drive, and whole wherever something has happened."""
 
-from importlib import resources
-
 import pytest
 
 from axisync_schemas.cell import parse_cell
@@ -9,8 +7,9 @@ from axisync_schemas.internal import CONTROLLER_STATUS, ControllerStatus
 from axisync_schemas.memory import STATUS_BYTES, Mailbox
 from axisync_service.motion_controller.status import StatusWriter
 from axisync_service.motion_controller.step import Core
+from support.cells import eod_text
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 INTERVAL = 25
 
 

@@ -1,11 +1,10 @@
 """The shipped cell and its collision model, made once."""
 
-from importlib import resources
-
 import pytest
 
 from axisync_robot.collision import CollisionModel
 from axisync_schemas.cell import Cell, parse_cell
+from support.cells import eod_text
 from support.motion_backends import each_backend
 
 __all__ = ["each_backend"]
@@ -13,7 +12,7 @@ __all__ = ["each_backend"]
 
 @pytest.fixture(scope="session")
 def cell_text() -> str:
-    return resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+    return eod_text()
 
 
 @pytest.fixture(scope="session")

@@ -1,14 +1,14 @@
 """The cell file: units, consistency, and refusals that name the line or the path."""
 
 import math
-from importlib import resources
 from pathlib import Path
 
 import pytest
 
 from axisync_schemas.cell import Cell, CellError, override, parse_cell, read_cell
+from support.cells import eod_text
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 
 
 def test_eod_is_the_papers_robot() -> None:

@@ -1,14 +1,14 @@
 """What the cell file may say about a drive, and what it refuses with its place."""
 
 import math
-from importlib import resources
 
 import pytest
 
 from axisync_schemas.cell import Cell, CellError, parse_cell
 from axisync_schemas.cell_drive import object_key
+from support.cells import eod_text
 
-TEXT = resources.files("axisync_service").joinpath("cells/eod.toml").read_text(encoding="utf-8")
+TEXT = eod_text()
 
 
 def with_keys(keys: str) -> Cell:
