@@ -15,7 +15,8 @@ from axisync_client.program import load
 from axisync_schemas.cell import override
 from axisync_schemas.moves import Dwell, Move, SequenceMove
 from axisync_service.demo import PATIENT
-from support.daemon import eod_text, running
+from support.cells import eod_text
+from support.daemon import running
 from support.logread import Log, logs_in, read_log
 
 Array = NDArray[np.float64]
