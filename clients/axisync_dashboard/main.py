@@ -60,7 +60,6 @@ def _serve(
     except AxisyncError as error:
         raise _failure(str(error)) from None
     server = Server(DaemonLink(Address(endpoint, cell, user), Telemetry()), programs)
-    print(f"dashboard: http://{f'[{host}]' if ':' in host else host}:{port}", flush=True)
     server.run(host, port)
 
 

@@ -38,7 +38,8 @@ class Server:
         self._frames: asyncio.Task[None] | None = None
 
     def run(self, host: str, port: int) -> None:
-        """Serves until it is asked to end."""
+        """Serves until it is asked to end; prints the address when it begins to."""
+        address = f"http://{f'[{host}]' if ':' in host else host}:{port}"
         app.add_static_files("/static", STATIC, max_cache_age=0)
         ui.page("/")(self._page)
         app.add_api_websocket_route("/live", self._socket)
@@ -46,6 +47,7 @@ class Server:
         app.add_route("/logs/{name}", self._log)
         app.add_route("/review/{name}", self._review)
         app.on_startup(self._begin)
+        app.on_startup(lambda: print(f"dashboard: {address}", flush=True))
         app.on_shutdown(self._end)
         if host in LOOPBACK:
             # Another site's name that resolves to this machine must not open the page.

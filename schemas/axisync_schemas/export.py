@@ -6,7 +6,15 @@ from typing import Any
 
 from axisync_schemas.base import Strict
 from axisync_schemas.cell import Cell
-from axisync_schemas.commands import DriveRequest, GroupRequest, JogRequest, LeaseRequest, MoveRequest, StopRequest
+from axisync_schemas.commands import (
+    DriveRequest,
+    GroupRequest,
+    JogRequest,
+    LeaseRequest,
+    MoveRequest,
+    OverrideRequest,
+    StopRequest,
+)
 from axisync_schemas.errors import ErrorBody
 from axisync_schemas.log_models import LogLine, PlanLog, RequestLog
 from axisync_schemas.replies import (
@@ -25,9 +33,9 @@ from axisync_schemas.replies import (
 
 DIRECTORY = Path(__file__).parent / "json"
 MODELS: tuple[type[Strict], ...] = (
-    Cell, LeaseRequest, GroupRequest, StopRequest, MoveRequest, JogRequest, DriveRequest, ErrorBody, LeaseReply,
-    GroupReply, MoveReply, JogReply, DriveReply, MoveReport, State, Info, CycleReport, Event, Events, RequestLog,
-    PlanLog, LogLine,
+    Cell, LeaseRequest, GroupRequest, OverrideRequest, StopRequest, MoveRequest, JogRequest, DriveRequest, ErrorBody,
+    LeaseReply, GroupReply, MoveReply, JogReply, DriveReply, MoveReport, State, Info, CycleReport, Event, Events,
+    RequestLog, PlanLog, LogLine,
 )  # fmt: skip
 
 

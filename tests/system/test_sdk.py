@@ -33,7 +33,7 @@ pytestmark = pytest.mark.unhurried
 
 EXAMPLES = ROOT / "clients" / "examples"
 TIMEOUT_S = 90.0
-PAGES = ("README.md", "docs/clients.md", "docs/log.md")
+PAGES = ("README.md", "docs/clients.md", "docs/log.md", "docs/protocol.md")
 BLOCKS = [(page, number) for page in PAGES for number in range(len(python_blocks(ROOT / page)))]
 FAULT = {"kind": "emergency", "bus": "kingkong", "node": 1, "code": 0x2310, "duration_s": 0.2}
 

@@ -10,8 +10,10 @@ from axisync_service.actioner.ports import Answer, Respond
 
 KEEP_NS = 600 * 10**9
 KEEP_AT_MOST = 10_000
-LOOKED_AT = 4
-"""Oldest entries looked at in each turn: more than one, so that one in progress does not keep the others."""
+KEEP_BYTES = 32 * 1024 * 1024
+"""Of answers: that of a long program may have 100 KiB."""
+LOOKED_AT = 64
+"""Oldest entries looked at in each turn: many small ones make room for a large one; one in progress keeps no other."""
 
 Key = tuple[str, UUID]
 
@@ -27,10 +29,11 @@ class Entry:
 
 
 class Idempotency:
-    """The newest requests and their answers: 10 minutes, at most 10,000."""
+    """The newest requests and their answers: 10 minutes, at most 10,000 and 32 MiB."""
 
     def __init__(self) -> None:
         self._entries: OrderedDict[Key, Entry] = OrderedDict()
+        self._bytes = 0
 
     def __len__(self) -> int:
         return len(self._entries)
@@ -62,16 +65,17 @@ class Idempotency:
         if entry is None:
             return
         entry.answer = answer
+        self._bytes += len(answer.payload)
         waiting, entry.waiting = entry.waiting, []
         for respond in waiting:
             respond(answer)
 
     def _forget(self, now_ns: int) -> None:
         """Drops what is too old or too much; a request in progress stays, however old."""
-        excess = len(self._entries) - KEEP_AT_MOST + 1
         for key, entry in list(islice(self._entries.items(), LOOKED_AT)):
-            if entry.since_ns > now_ns - KEEP_NS and excess <= 0:
+            too_much = len(self._entries) >= KEEP_AT_MOST or self._bytes > KEEP_BYTES
+            if entry.since_ns > now_ns - KEEP_NS and not too_much:
                 return
             if entry.answer is not None:
                 del self._entries[key]
-                excess -= 1
+                self._bytes -= len(entry.answer.payload)

@@ -5,7 +5,7 @@ from uuid import UUID, uuid4
 import pytest
 
 from axisync_schemas.errors import ErrorCode, Refusal
-from axisync_service.actioner.idempotency import KEEP_AT_MOST, KEEP_NS, Idempotency
+from axisync_service.actioner.idempotency import KEEP_AT_MOST, KEEP_BYTES, KEEP_NS, Idempotency
 from axisync_service.actioner.ports import Answer
 
 KEY = ("anna", UUID(int=1))
@@ -74,3 +74,17 @@ def test_no_more_than_ten_thousand_and_none_in_progress_is_forgotten() -> None:
     assert not known.begin(KEY, b"a", answers.append, KEEP_NS * 3)
     known.finish(KEY, DONE)
     assert answers == [DONE, DONE]
+
+
+def test_large_answers_make_the_oldest_be_forgotten_earlier() -> None:
+    known, large = Idempotency(), Answer(bytes(KEEP_BYTES // 100), is_error=False)
+    keys = [("anna", uuid4()) for _ in range(500)]
+    for number, key in enumerate(keys):
+        answer = DONE if number < 300 else large
+        assert known.begin(key, b"a", lambda _: None, number)
+        known.finish(key, answer)
+    answers: list[Answer] = []
+    assert not any(known.begin(key, b"a", answers.append, 500) for key in keys[-99:])
+    assert answers == [large] * 99
+    assert known.begin(keys[0], b"a", answers.append, 500)
+    assert len(known) < 110
