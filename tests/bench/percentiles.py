@@ -48,12 +48,14 @@ class Distribution:
         """Largest value; NaN without samples."""
         return float(self.values[-1]) if self.total else float("nan")
 
-    def periods_lost(self, period: float) -> int:
+    def periods_lost(self, period: float, latest: float | None = None) -> int:
         """How many periods passed while a loop of that period woke up late, by these latenesses.
 
         A loop that goes on with the next period that is still to come has one sample for a pause of any length.
+        `latest`: for how long after its begin a period can still be used; otherwise, for all of it.
         """
-        return int(((self.values // period).clip(min=0) * self.counts).sum())
+        lost = self.values // period if latest is None else np.ceil((self.values - latest) / period)
+        return int((lost.clip(min=0) * self.counts).sum())
 
     def summary(self, *percents: float) -> dict[str, float]:
         """{"p50": ..., "max": ..., "samples": ...}."""

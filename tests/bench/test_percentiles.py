@@ -38,3 +38,4 @@ def test_summary_names_what_it_holds() -> None:
 def test_a_pause_costs_the_periods_that_pass_in_it() -> None:
     found = Distribution.of_histogram({1.0: 5, 2.0: 3, 7.0: 2})
     assert [found.periods_lost(period) for period in (1.0, 2.0, 3.5, 8.0)] == [25, 9, 4, 0]
+    assert [found.periods_lost(2.0, latest) for latest in (0.5, 1.5, 1.999, 7.0)] == [16, 9, 9, 0]

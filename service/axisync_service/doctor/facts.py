@@ -37,6 +37,8 @@ class Facts:
         privileged: locks any amount of memory whatever the limit.
         rt_share: of each second that real-time processes may take; 1 without a limit.
         governors: of the CPUs that tell one. isolated: as the kernel's command line has it, "" none.
+        sleep_us: what it takes to wake from the deepest sleep, 0 where CPUs do not sleep.
+        may_keep_awake: the controller may forbid such sleep.
         load: processes that run or want to, over the last minute.
     """
 
@@ -49,6 +51,8 @@ class Facts:
     privileged: bool
     rt_share: float
     governors: tuple[str, ...]
+    sleep_us: int
+    may_keep_awake: bool
     isolated: str
     clock_source: str
     load: float
@@ -70,6 +74,8 @@ def gather(wanted: Sequence[str] = (), proc: Path = PROC, sys: Path = SYS) -> Fa
         privileged=_may_lock(_text(proc / "self/status")),
         rt_share=_rt_share(proc / "sys/kernel"),
         governors=tuple(sorted(governors)),
+        sleep_us=deepest_sleep_us(sys / _CPU),
+        may_keep_awake=os.access(realtime.CPU_LATENCY, os.W_OK),
         isolated=_text(sys / _CPU / "isolated"),
         clock_source=_text(sys / _CLOCK),
         load=os.getloadavg()[0],
@@ -82,6 +88,12 @@ def preemption(version: str, realtime_flag: str) -> str:
     """Of the kernel's build line, "#1 SMP PREEMPT_DYNAMIC ...", and of /sys/kernel/realtime."""
     found = re.search(r"PREEMPT\w*", version)
     return "PREEMPT_RT" if realtime_flag == "1" else found[0] if found else ""
+
+
+def deepest_sleep_us(cpus: Path) -> int:
+    """The longest exit latency of the idle states that are not switched off."""
+    states = [state for state in cpus.glob("cpu[0-9]*/cpuidle/state[0-9]*") if _text(state / "disable") != "1"]
+    return max((int(_text(state / "latency") or "0") for state in states), default=0)
 
 
 def can_interfaces(wanted: Sequence[str], net: Path) -> tuple[CanInterface, ...]:

@@ -6,13 +6,15 @@ from enum import StrEnum
 
 from axisync_service.doctor.facts import CanInterface, Facts
 from axisync_service.doctor.latency import Latency
-from axisync_service.motion_controller.realtime import PRIORITY
+from axisync_service.motion_controller.realtime import CPU_LATENCY, PRIORITY
 
 MEMORY_LOCKED = 512 * 2**20
 """Bytes: the controller with everything it maps."""
 GOOD_CLOCKS = ("tsc", "kvm-clock", "arch_sys_counter", "hyperv_clocksource_tsc_page")
 """Read without entering the kernel; hpet or acpi_pm take microseconds each time."""
 SLOW_GOVERNORS = ("powersave", "conservative", "ondemand")
+SLEEP_US_MAX = 20
+"""Waking up takes so long anyway."""
 RT_SHARE_MIN = 0.9
 QUEUE_MIN = 64
 """Frames: one cycle of a full bus, heartbeats and SDO besides."""
@@ -93,6 +95,13 @@ def _processor(facts: Facts) -> Iterator[Finding]:
                       "cpupower frequency-set -g performance")  # fmt: skip
     else:
         yield Finding("CPU governor", Level.OK, ", ".join(facts.governors) or "none, the clock is fixed or the host's")
+    if facts.sleep_us <= SLEEP_US_MAX:
+        yield Finding("CPU sleep", Level.OK, f"wakes within {facts.sleep_us} us" if facts.sleep_us else "none")
+    elif facts.may_keep_awake:
+        yield Finding("CPU sleep", Level.OK, f"up to {facts.sleep_us} us to wake, but not while the controller runs")
+    else:
+        fix = f"let its user write {CPU_LATENCY} (deploy/realtime.md), or boot with processor.max_cstate=1"
+        yield Finding("CPU sleep", Level.ADVICE, f"it takes up to {facts.sleep_us} us to wake from it", fix)
     if facts.isolated:
         yield Finding("CPU isolation", Level.OK, f"CPU {facts.isolated}")
     else:

@@ -9,15 +9,15 @@ import pytest
 from typer.testing import CliRunner
 
 from axisync_service import main
-from axisync_service.doctor.facts import CanInterface, Facts, can_interfaces, gather, preemption
+from axisync_service.doctor.facts import CanInterface, Facts, can_interfaces, deepest_sleep_us, gather, preemption
 from axisync_service.doctor.findings import Level, dangerous, findings
 from axisync_service.doctor.latency import Latency, loop
 from axisync_service.motion_controller.clock import GridClock
 
 GOOD = Facts(
     kernel="6.1.0-rt", preemption="PREEMPT_RT", cpus=4, may_fifo=True, rtprio=80, memlock=-1, privileged=False,
-    rt_share=0.95, governors=("performance",), isolated="3", clock_source="tsc", load=0.5, virtual=False,
-    can=(CanInterface("can0", True, True, 128, True),),
+    rt_share=0.95, governors=("performance",), sleep_us=300, may_keep_awake=True, isolated="3", clock_source="tsc",
+    load=0.5, virtual=False, can=(CanInterface("can0", True, True, 128, True),),
 )  # fmt: skip
 ON_TIME = Latency(2000.0, 5000, 5.0, 30.0, 200.0, 0, 0, True)
 
@@ -39,6 +39,8 @@ def test_a_good_machine() -> None:
         ({"preemption": ""}, "kernel", Level.DANGER),
         ({"clock_source": "hpet"}, "clock source", Level.DANGER),
         ({"governors": ("performance", "powersave")}, "CPU governor", Level.ADVICE),
+        ({"may_keep_awake": False}, "CPU sleep", Level.ADVICE),
+        ({"may_keep_awake": False, "sleep_us": 2}, "CPU sleep", Level.OK),
         ({"isolated": ""}, "CPU isolation", Level.ADVICE),
         ({"load": 9.0}, "CPUs", Level.ADVICE),
         ({"can": (CanInterface("can0", False, False, wanted=True),)}, "CAN can0", Level.DANGER),
@@ -72,6 +74,16 @@ def test_preemption_is_read_from_the_build_and_the_flag() -> None:
     assert preemption("#1 SMP PREEMPT_DYNAMIC @0", "") == "PREEMPT_DYNAMIC"
     assert preemption("#1 SMP PREEMPT @0", "1") == "PREEMPT_RT"
     assert preemption("#1 SMP", "") == ""
+
+
+def test_the_deepest_sleep_is_that_of_the_states_in_use(tmp_path: Path) -> None:
+    assert deepest_sleep_us(tmp_path) == 0
+    for cpu, state, latency, disable in ((0, 0, 0, 0), (0, 1, 2, 0), (1, 2, 133, 0), (1, 3, 1034, 1)):
+        place = tmp_path / f"cpu{cpu}" / "cpuidle" / f"state{state}"
+        place.mkdir(parents=True)
+        (place / "latency").write_text(f"{latency}\n")
+        (place / "disable").write_text(f"{disable}\n")
+    assert deepest_sleep_us(tmp_path) == 133
 
 
 def test_can_interfaces_of_the_kernel_and_those_missing(tmp_path: Path) -> None:
