@@ -24,7 +24,7 @@ def add_to(app: typer.Typer) -> None:
 def home_group(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
     """Find the homes of a group's drives. They move by themselves: nothing checks for collisions. Ctrl-C stops them."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group, take=take) as lease:
+    with terminal.connect() as client, terminal.lease(client, group, take) as lease:
         try:
             reply = lease.home()
         except KeyboardInterrupt:
@@ -48,7 +48,7 @@ def drive(
             reply = read_object(client, axis, name)
         else:
             terminal.group = group_of(client.config(), axis)
-            with client.lease(terminal.group, take=take) as lease:
+            with terminal.lease(client, terminal.group, take) as lease:
                 reply = write_object(lease, axis, name, parsed(value))
         terminal.reply(reply)
         terminal.show(in_words(reply))

@@ -23,35 +23,35 @@ def add_to(app: typer.Typer) -> None:
 def enable(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
     """Switch drives on; they hold their positions."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group, take=take) as lease:
+    with terminal.connect() as client, terminal.lease(client, group, take) as lease:
         _done(terminal, lease.enable())
 
 
 def disable(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
     """Switch drives off."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group, take=take) as lease:
+    with terminal.connect() as client, terminal.lease(client, group, take) as lease:
         _done(terminal, lease.disable())
 
 
 def reset(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
     """Acknowledge faults."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group, take=take) as lease:
+    with terminal.connect() as client, terminal.lease(client, group, take) as lease:
         _done(terminal, lease.reset())
 
 
 def hold(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
     """Bring what moves to rest on its path; `resume` goes on."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group, take=take) as lease:
+    with terminal.connect() as client, terminal.lease(client, group, take) as lease:
         _done(terminal, lease.hold())
 
 
 def resume(context: typer.Context, group: GroupOrAll = "all", take: Take = False, as_json: Json = False) -> None:
     """Go on with a move that is held, and wait until it has ended. Ctrl-C stops it."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group, take=take) as lease:
+    with terminal.connect() as client, terminal.lease(client, group, take) as lease:
         _to_the_end(terminal, client, group, lease.resume)
 
 
@@ -64,7 +64,7 @@ def override(
 ) -> None:
     """Run along paths at a share of their speed, until changed. Waits for what is on its way; Ctrl-C stops it."""
     terminal = terminal_of(context, as_json, group)
-    with terminal.connect() as client, client.lease(group, take=take) as lease:
+    with terminal.connect() as client, terminal.lease(client, group, take) as lease:
         _to_the_end(terminal, client, group, lambda: lease.override(value))
 
 

@@ -65,7 +65,7 @@ def jog(
     """Move at a velocity until Ctrl-C, or for a time. The group stops when this command dies."""
     terminal = terminal_of(context, as_json, group)
     space, velocity = _asked({"joint": joint, "tool": tool, "base": base, "body": body}, turn)
-    with terminal.connect() as client, client.lease(group, take=take) as lease:
+    with terminal.connect() as client, terminal.lease(client, group, take) as lease:
         raise typer.Exit(_jog(terminal, client, lease, space, velocity, math.inf if seconds is None else seconds))
 
 

@@ -38,7 +38,7 @@ def _show(terminal: Terminal) -> None:
 
 def _hold(terminal: Terminal, group: str, take: bool) -> None:
     """Until Ctrl-C, or until the lease is lost."""
-    with terminal.connect() as client, client.lease(group, take=take) as held:
+    with terminal.connect() as client, terminal.lease(client, group, take) as held:
         _holders(terminal, client.state())
         terminal.show(f"{client.user} holds {group} until Ctrl-C: nobody else moves it; whoever wants may stop it")
         while True:

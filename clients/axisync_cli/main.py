@@ -57,12 +57,17 @@ def _global_options(
     timeout: Annotated[
         float, typer.Option(metavar="SECONDS", min=0.1, max=3600.0, help="How long to wait for an answer.")
     ] = 5.0,
+    lease_ttl: Annotated[
+        float,
+        typer.Option(metavar="SECONDS", min=0.2, max=60.0, help="Silence after which what this command moves is held."),
+    ] = 2.0,
     version: Annotated[
         bool, typer.Option("--version", is_eager=True, callback=_say_version, help="Say which version this is.")
     ] = False,
 ) -> None:
     terminal: Terminal = context.ensure_object(Terminal)
-    terminal.endpoint, terminal.cell, terminal.user, terminal.timeout_s = endpoint, cell, user, timeout
+    terminal.endpoint, terminal.cell, terminal.user = endpoint, cell, user
+    terminal.timeout_s, terminal.lease_ttl_s = timeout, lease_ttl
 
 
 view_commands.add_to(app)

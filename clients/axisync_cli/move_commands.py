@@ -79,7 +79,7 @@ def plan(context: typer.Context, asked: Asked, speed: Speed = 1.0, plot: Plot = 
 def _play(terminal: Terminal, program: Program, speed: float, take: bool) -> None:
     """Moves and waits; leaves by typer.Exit."""
     terminal.group = program.group
-    with terminal.connect() as client, client.lease(program.group, take=take) as lease:
+    with terminal.connect() as client, terminal.lease(client, program.group, take) as lease:
         try:
             report = _follow(terminal, lease.run_program(program, speed_scale=speed))
         except KeyboardInterrupt:

@@ -10,8 +10,8 @@ from axisync_cli import quantities
 from axisync_cli.terminal import Terminal
 
 T = TypeVar("T")
-GLOBAL = ("--endpoint", "--cell", "--user", "--timeout")
-EPILOG = "Also: --endpoint, --cell, --user and --timeout, see `axisync --help`."
+GLOBAL = ("--endpoint", "--cell", "--user", "--timeout", "--lease-ttl")
+EPILOG = "Also: --endpoint, --cell, --user, --timeout and --lease-ttl, see `axisync --help`."
 
 
 def in_words(parse: Callable[[str], T]) -> Callable[[str | T], T]:

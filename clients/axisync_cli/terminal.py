@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from rich.console import Console, RenderableType
 from rich.text import Text
 
-from axisync_client import Client
+from axisync_client import Client, Lease
 from axisync_schemas.base import Strict
 
 
@@ -18,6 +18,7 @@ class Terminal:
     cell: str | None = None
     user: str | None = None
     timeout_s: float = 5.0
+    lease_ttl_s: float = 2.0
     as_json: bool = False
     group: str | None = None
     out: Console = field(default_factory=lambda: Console(highlight=False, soft_wrap=False))
@@ -26,6 +27,10 @@ class Terminal:
     def connect(self) -> Client:
         """A client of the daemon; use it in a `with`."""
         return Client(self.endpoint, cell=self.cell, user=self.user, timeout_s=self.timeout_s)
+
+    def lease(self, client: Client, group: str, take: bool) -> Lease:
+        """The lease of a command; use it in a `with`."""
+        return client.lease(group, ttl_s=self.lease_ttl_s, take=take)
 
     def show(self, content: RenderableType) -> None:
         """For people: a table, or a sentence (never wrapped, so that it can be searched). Nothing with `--json`."""

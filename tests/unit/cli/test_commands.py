@@ -203,6 +203,11 @@ def test_global_options_reach_the_daemon(run: Run, peer: Peer) -> None:
     assert peer.requests[-1][1] == "ann"
 
 
+def test_a_lease_may_be_longer_for_a_slow_connection(run: Run, peer: Peer) -> None:
+    assert run("enable", "kingkong", "--lease-ttl", "7").code == 0
+    assert next(body["ttl_s"] for verb, _, body in peer.requests if verb == "lease") == 7.0
+
+
 def test_nobody_there(capfd: pytest.CaptureFixture[str]) -> None:
     assert main(["state", "--endpoint", f"127.0.0.1:{free_port()}"]) == 1
     error = capfd.readouterr().err
@@ -239,6 +244,7 @@ def test_no_answer_in_time(run: Run, peer: Peer) -> None:
         ("state", "--user", "a/b"),
         ("state", "--endpoint", "nowhere"),
         ("state", "--timeout", "0"),
+        ("enable", "kingkong", "--lease-ttl", "61"),
     ],
 )
 def test_usage_errors(run: Run, peer: Peer, words: tuple[str, ...]) -> None:
