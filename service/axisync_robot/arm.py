@@ -113,4 +113,5 @@ class Arm:
         pose = self.placement(q)
         pinocchio.computeJointJacobians(self._model, self._data)
         axes = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        return pose, pinocchio.getFrameJacobian(self._model, self._data, self._tool, axes)
+        # Of a single joint pinocchio makes a vector.
+        return pose, pinocchio.getFrameJacobian(self._model, self._data, self._tool, axes).reshape(6, -1)

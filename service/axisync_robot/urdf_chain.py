@@ -61,7 +61,7 @@ def _turns_onto_axes(model: pinocchio.Model, joints: Sequence[str]) -> list[Arra
     turns = []
     for name in joints:
         number = model.getJointId(name)
-        slope = pinocchio.getJointJacobian(model, data, number, pinocchio.ReferenceFrame.LOCAL)
+        slope = pinocchio.getJointJacobian(model, data, number, pinocchio.ReferenceFrame.LOCAL).reshape(6, -1)
         turn = np.eye(4)
         turn[:3, :3] = _onto(slope[3:, model.idx_vs[number]])
         turns.append(turn)

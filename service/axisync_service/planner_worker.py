@@ -9,7 +9,7 @@ import selectors
 import socket
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from pydantic import ValidationError
 
@@ -141,7 +141,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def warm_up(models: Models) -> None:
-    """A first plan takes many times as long as those that follow: here it keeps nobody waiting."""
+    """A first plan takes many times as long as those that follow: here it keeps nobody waiting.
+
+    Whatever goes wrong here goes wrong again for whoever asks for such a move, and for nobody else.
+    """
     cell = models.cell
     rest = tuple(axis.drive.start for axis in cell.axes)
     for name in (*cell.group_names, *(compound.name for compound in cell.compounds)):
@@ -150,13 +153,23 @@ def warm_up(models: Models) -> None:
         along = LinearMove(target=dict.fromkeys(_arms(models, name), still), relative=True)
         for move in (JointMove(target=(0.01,) * len(start), relative=True), along):
             job = PlanJob(ref=0, group=name, plan_id=0, slot=0, start=start, rest=rest, move=move, speed_scale=1.0)
-            with contextlib.suppress(Refusal):
+            with _tried(job):
                 plan_move(models, job)
         for space, velocity in (("joint", (0.1,) * len(start)), ("base", (0.0, 0.0, 0.01))):
             jog = Jog.model_validate({"space": space, "velocity": velocity})
             job = PlanJob(ref=0, group=name, plan_id=0, slot=0, start=start, rest=rest, move=jog, speed_scale=1.0)
-            with contextlib.suppress(Refusal):
+            with _tried(job):
                 plan_jog(models, job)
+
+
+@contextlib.contextmanager
+def _tried(job: PlanJob) -> Iterator[None]:
+    try:
+        yield
+    except Refusal:
+        pass
+    except Exception:
+        log.exception("warm-up failed group=%s", job.group)
 
 
 def _arms(models: Models, name: str) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from axisync_schemas import plan_slots
-from axisync_schemas.cell import Cell, read_cell
+from axisync_schemas.cell import Cell, parse_cell, read_cell
 from axisync_schemas.errors import ErrorCode
 from axisync_schemas.internal import MAX_PACKET, PlanJob, PlanResult, Reserved
 from axisync_schemas.memory import PLAN_SLOT_BYTES, PLAN_SLOTS, Control, Region, Word
@@ -19,6 +19,7 @@ from axisync_schemas.plan_slots import read_plan
 from axisync_service import planner_worker
 from axisync_service.planner.models import Models
 from axisync_service.planner_worker import Worker, others, solve
+from support.cells import eod_text, small
 
 REST = [math.radians(x) for x in (0, -150, 60, -45, -45, 45, 0, -60, -60, -60, 90, 0)]
 
@@ -129,6 +130,20 @@ def test_warming_up_plans_every_group_both_ways(models: Models, monkeypatch: pyt
 def test_what_is_planned_for_warming_up_can_be(models: Models, caplog: pytest.LogCaptureFixture) -> None:
     planner_worker.warm_up(models)
     assert caplog.records == []
+
+
+@pytest.mark.parametrize("axes", [1, 2, 3])
+def test_arms_of_few_axes_can_be_planned_for(axes: int, caplog: pytest.LogCaptureFixture) -> None:
+    planner_worker.warm_up(Models(parse_cell(small(eod_text(), axes))))
+    assert caplog.records == []
+
+
+def test_a_fault_in_warming_up_keeps_nobody_from_planning(models: Models, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(planner_worker, "plan_move", broken)
+    planner_worker.warm_up(models)
 
 
 @pytest.mark.parametrize("slot", [-1, PLAN_SLOTS])
