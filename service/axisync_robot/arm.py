@@ -68,12 +68,15 @@ class Arm:
         Raises:
             ValueError: not n values.
         """
+        pose: Array = self._frame(q).homogeneous
+        return pose
+
+    def _frame(self, q: Sequence[float] | Array) -> pinocchio.SE3:
         angles = np.asarray(q, dtype=np.float64)
         if angles.shape != (self.joints,):
             raise ValueError(f"{self.joints} joint angles are expected, not {angles.shape}")
         pinocchio.forwardKinematics(self._model, self._data, angles)
-        pose: Array = pinocchio.updateFramePlacement(self._model, self._data, self._tool).homogeneous
-        return pose
+        return pinocchio.updateFramePlacement(self._model, self._data, self._tool)
 
     def placements(self, q: ArrayLike) -> Array:
         """[k, 4, 4] poses of the tool frame in O at joint angles q[k, n], rad, all at once.
@@ -98,9 +101,8 @@ class Arm:
         Raises:
             ValueError: not n values.
         """
-        pose = self.placement(q)
-        x, y, z = pose[:3, 3].tolist()
-        qx, qy, qz, qw = pinocchio.Quaternion(pose[:3, :3]).coeffs().tolist()
+        # Not by pinocchio.Quaternion(matrix): of each, 80 bytes are never freed.
+        x, y, z, qx, qy, qz, qw = pinocchio.SE3ToXYZQUATtuple(self._frame(q))
         sign = -1.0 if qw < 0.0 else 1.0
         return (x, y, z), (sign * qx, sign * qy, sign * qz, sign * qw)
 
